@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
+#include "coupling/quasi_newton.hpp"
 #include "libdem/base/small_rotation.hpp"
+
 namespace subsoil::coupling {
 
 dem::Pose pose_of(const mbd::BodyState& body) {
@@ -27,6 +31,18 @@ Simulation::Simulation(dem::Bed* bed, mbd::Machine* machine, std::vector<BodySur
   soil_on_body_.resize(bodies);
   window_.resize(bodies);
   acceleration_.resize(bodies);
+  for (const BodySurface& s : surfaces_) {
+    if (bed_ == nullptr) break;
+    const double reach = dem::bounds(bed_->boundary(s.boundary).shape).farthest(dem::Vec3{});
+    const double arm = std::isfinite(reach) ? reach : 1;  // a plane has no end
+    const auto known = std::find(coupled_.begin(), coupled_.end(), s.body);
+    if (known == coupled_.end())
+      coupled_.push_back(s.body), arm_.push_back(arm);
+    else
+      arm_[static_cast<std::size_t>(known - coupled_.begin())] =
+          std::max(arm_[static_cast<std::size_t>(known - coupled_.begin())], arm);
+  }
+  starts_.resize(bodies), z_.resize(bodies);
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();
   take_accelerations();
   place_surfaces();
@@ -64,6 +80,7 @@ void Simulation::advance_servos() {
 mbd::BodyState Simulation::body(int body) const {
   const mbd::BodyState& now = machine_->body(body);
   if (in_window_ == 0) return now;
+  if (iterates()) return on_path(static_cast<std::size_t>(body), in_window_ * options_.soil_step);
   const auto& a = acceleration_[static_cast<std::size_t>(body)];
   const double t = in_window_ * options_.soil_step, q = 0.5 * t * t;
   return {{now.r.x + now.v.x * t + a[0] * q, now.r.y + now.v.y * t + a[1] * q},
@@ -116,22 +133,123 @@ void Simulation::take_accelerations() {
     for (std::size_t d = 0; d < 3; ++d) acceleration_[i][d] = a(static_cast<Eigen::Index>(3 * (i - 1) + d));
 }
 
-void Simulation::gather(double share) {
+void Simulation::gather() {
   for (dem::Wrench& w : soil_on_body_) w = {};
   for (const BodySurface& s : surfaces_) {
     const dem::Boundary& b = bed_->boundary(s.boundary);
     // The window's mean is about the centre of mass where it is; a body's own origin is that centre.
     soil_on_body_[static_cast<std::size_t>(s.body)] += b.wrench;
   }
-  for (std::size_t i = 0; i < window_.size(); ++i) window_[i] += soil_on_body_[i] * share;
 }
 
-void Simulation::advance_machine() {
+/// Where all bodies stand at t after the window's start.
+mbd::BodyState Simulation::on_path(std::size_t body, double t) const {
+  const mbd::BodyState& from = starts_[body];
+  const double window = options_.soil_step * options_.soil_steps, share = t / window;
+  const double x = z_[body][0] - from.r.x, y = z_[body][1] - from.r.y, angle = z_[body][2] - from.angle;
+  return {{from.r.x + share * x, from.r.y + share * y},
+          from.angle + share * angle,
+          {x / window, y / window},
+          angle / window};
+}
+
+/// Of the coupled bodies as the machine has them, m; angles times the arm.
+Eigen::VectorXd Simulation::ends() const {
+  Eigen::VectorXd out(3 * static_cast<Eigen::Index>(coupled_.size()));
+  for (std::size_t k = 0; k < coupled_.size(); ++k) {
+    const mbd::BodyState& at = machine_->body(coupled_[k]);
+    out.segment<3>(3 * static_cast<Eigen::Index>(k)) << at.r.x, at.r.y, arm_[k] * at.angle;
+  }
+  return out;
+}
+
+/// The mean wrench of a window whose surfaces go to z; the bed stands behind the first step, and again afterwards.
+void Simulation::repeat_window() {
+  const int n = options_.soil_steps;
+  const std::vector<dem::Wrench> first = soil_on_body_;
+  const std::vector<ServoState> servos = servos_;
+  for (std::size_t i = 0; i < window_.size(); ++i) window_[i] = first[i] * (0.5 / n);
+  for (in_window_ = 1; in_window_ <= n; ++in_window_) {
+    place_surfaces();
+    bed_->step(options_.soil_step);
+    advance_servos();
+    time_ = bed_->time();
+    gather();
+    for (std::size_t i = 0; i < window_.size(); ++i)
+      window_[i] += soil_on_body_[i] * ((in_window_ < n ? 1.0 : 0.5) / n);
+  }
+  in_window_ = 0;
+  bed_->restore(checkpoint_);
+  time_ = bed_->time();
+  servos_ = servos, soil_on_body_ = first;
+}
+
+/// After the first soil step of a window: where the machine ends and the mean wrench that moves it there.
+void Simulation::agree() {
+  const double window = options_.soil_step * options_.soil_steps;
+  for (std::size_t b = 1; b < starts_.size(); ++b) {
+    starts_[b] = machine_->body(static_cast<int>(b));
+    const mbd::BodyState& s = starts_[b];
+    const auto& a = acceleration_[b];
+    const double q = 0.5 * window * window;
+    z_[b] = {s.r.x + s.v.x * window + a[0] * q, s.r.y + s.v.y * window + a[1] * q,
+             s.angle + s.omega * window + a[2] * q};
+  }
+  bed_->save(checkpoint_);
+  const std::vector<double> machine = machine_->snapshot();
+  Eigen::VectorXd start(3 * static_cast<Eigen::Index>(coupled_.size()));
+  for (std::size_t k = 0; k < coupled_.size(); ++k) {
+    const auto& z = z_[static_cast<std::size_t>(coupled_[k])];
+    start.segment<3>(3 * static_cast<Eigen::Index>(k)) << z[0], z[1], arm_[k] * z[2];
+  }
+  QuasiNewton solver(std::move(start));
+  double residual = std::numeric_limits<double>::infinity(), least = residual;
+  std::vector<dem::Wrench> best;
+  ++exchange_.windows;
+  for (int count = 1; count <= options_.most_iterations && residual > options_.tolerance; ++count) {
+    for (std::size_t k = 0; k < coupled_.size(); ++k)
+      for (std::size_t d = 0; d < 3; ++d)
+        z_[static_cast<std::size_t>(coupled_[k])][d] =
+            solver.at()(static_cast<Eigen::Index>(3 * k + d)) / (d == 2 ? arm_[k] : 1);
+    repeat_window();
+    ++exchange_.evaluations;
+    if (count > 1) machine_->restore(machine);
+    hand_over();
+    machine_->advance(window);
+    const Eigen::VectorXd reached = ends();
+    residual = (reached - solver.at()).lpNorm<Eigen::Infinity>();
+    if (!(residual >= least)) least = residual, best = window_;
+    solver.take(reached);
+  }
+  advanced_ = residual <= options_.tolerance;
+  if (!advanced_) {
+    ++exchange_.open, exchange_.widest = std::max(exchange_.widest, least);
+    window_ = best;
+    machine_->restore(machine);
+    hand_over();
+    machine_->advance(window);
+  }
+  for (std::size_t b = 1; b < z_.size(); ++b) {
+    const mbd::BodyState& at = machine_->body(static_cast<int>(b));
+    z_[b] = {at.r.x, at.r.y, at.angle};
+  }
+  // Inside a window the machine stands at its start, as rows and states expect.
+  advanced_ = options_.soil_steps == 1;
+  if (!advanced_) machine_->restore(machine);
+}
+
+void Simulation::hand_over() {
   for (const BodySurface& s : surfaces_) {
     const dem::Wrench& w = window_[static_cast<std::size_t>(s.body)];
     machine_->set_external_wrench(s.body, w.force.x, w.force.y, w.moment.z);
   }
-  if (bed_ != nullptr) {
+}
+
+void Simulation::advance_machine() {
+  hand_over();
+  if (std::exchange(advanced_, false)) {
+    // by agree()
+  } else if (bed_ != nullptr) {
     machine_->advance(options_.soil_step * options_.soil_steps);
   } else {
     // A remainder of rounding is no step of its own: the step before takes it.
@@ -153,7 +271,11 @@ void Simulation::step(const dem::Bed::Request& request) {
   stepped_ = true;
   advance_servos();  // by the load at t_n
   time_ = bed_->time();
-  gather(1.0 / options_.soil_steps);
+  gather();
+  if (!iterates())
+    for (std::size_t i = 0; i < window_.size(); ++i) window_[i] += soil_on_body_[i] * (1.0 / options_.soil_steps);
+  else if (in_window_ == 0)
+    agree();
   if (++in_window_ < options_.soil_steps) return;
   in_window_ = 0;
   if (machine_ != nullptr) advance_machine();
@@ -184,14 +306,28 @@ std::vector<double> Simulation::save() const {
     const ServoState& s = servos_[i];
     out.insert(out.end(), {s.travel, s.velocity, s.integral, s.error, s.force, s.load, s.began ? 1.0 : 0.0});
   }
+  if (!iterates()) return out;
+  for (std::size_t b = 0; b < starts_.size(); ++b) {
+    const mbd::BodyState& s = starts_[b];
+    out.insert(out.end(), {s.r.x, s.r.y, s.angle, s.v.x, s.v.y, s.omega, z_[b][0], z_[b][1], z_[b][2]});
+  }
+  out.insert(out.end(), {static_cast<double>(exchange_.windows), static_cast<double>(exchange_.evaluations),
+                         static_cast<double>(exchange_.open), exchange_.widest});
   return out;
 }
 
 void Simulation::restore(const std::vector<double>& state) {
   const auto servos =
       std::count_if(motions_.begin(), motions_.end(), [](const auto& m) { return m.servo.has_value(); });
-  if (state.size() != 2 + 9 * window_.size() + ServoState::kNumbers * static_cast<std::size_t>(servos))
+  const std::size_t explicit_size = 2 + 9 * window_.size() + ServoState::kNumbers * static_cast<std::size_t>(servos),
+                    iterated_size = explicit_size + 9 * starts_.size() + 4;
+  // A state of the other exchange may be taken at a window's start, where neither has anything under way.
+  if (state.size() != explicit_size && state.size() != iterated_size)
     throw std::invalid_argument("restart: the state has another machine, or other servos");
+  if ((state.size() == iterated_size) != iterates() && state[0] != 0)
+    throw std::invalid_argument(
+        "restart: the state lies inside a window of the other `time.coupling`; take a state of a window's start, or "
+        "the coupling it was written with");
   const double* at = state.data();
   in_window_ = static_cast<int>(*at++);
   stepped_ = *at++ != 0;
@@ -207,6 +343,16 @@ void Simulation::restore(const std::vector<double>& state) {
     for (double* x : {&s.travel, &s.velocity, &s.integral, &s.error, &s.force, &s.load}) *x = *at++;
     s.began = *at++ != 0;
   }
+  if (iterates() && state.size() == iterated_size) {
+    for (std::size_t b = 0; b < starts_.size(); ++b) {
+      starts_[b] = {{at[0], at[1]}, at[2], {at[3], at[4]}, at[5]};
+      z_[b] = {at[6], at[7], at[8]};
+      at += 9;
+    }
+    exchange_.windows = static_cast<long>(*at++), exchange_.evaluations = static_cast<long>(*at++);
+    exchange_.open = static_cast<long>(*at++), exchange_.widest = *at++;
+  }
+  advanced_ = false;
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();
   if (bed_ == nullptr) return;
   // The poses of the step before came back with the bed, for the next step's velocities; a run saved before its first

@@ -30,7 +30,8 @@ struct GivenMotion {
 struct InterfaceWork {
   double on_soil = 0;     ///< as the bed accumulates it: mean wrench of two instants times the displacement between
   double on_machine = 0;  ///< as the machine accumulates it: wrench constant over the step times displacement
-  /// What the explicit exchange created (> 0) or lost: both sides together; of first order in the step.
+  /// What the exchange created (> 0) or lost: both sides together. Explicit: of first order in the step. Iterated: zero
+  /// to the tolerance.
   double error() const { return on_soil + on_machine; }
 };
 
@@ -38,6 +39,15 @@ struct SimulationOptions {
   double soil_step = 0;     ///< s; with a bed
   int soil_steps = 1;       ///< per machine step
   double machine_step = 0;  ///< s; without a bed
+  double tolerance = 0;     ///< m of the surfaces at a window's end: iterated exchange; 0: explicit
+  int most_iterations = 20;
+};
+
+/// What the iterated exchange took, since the start.
+struct ExchangeCount {
+  long windows = 0, evaluations = 0;
+  long open = 0;      ///< windows that did not come within the tolerance
+  double widest = 0;  ///< m, of these
 };
 
 /// One step in the source's order (Yuan & Yu 2020, section 3), explicit and staggered:
@@ -48,6 +58,14 @@ struct SimulationOptions {
 /// Velocities handed over are those of the middle of the step that ends at t_n (displacement over step), as the bed's
 /// own leapfrog velocities are; that makes both energy balances exact for the motion that was made. A simulation may be
 /// without bed (the machine runs alone) or without machine.
+///
+/// Iterated exchange: the wrench over a window of n soil steps is the trapezoidal mean of both its ends,
+///   w = (w_0/2 + w_1 + ... + w_{n-1} + w_n/2)/n,
+/// and w_1 ... w_n are those of surfaces that go evenly to the poses z to which w moves the machine. After the first
+/// soil step, which is the same for every z, bed and machine repeat the rest of the window from checkpoints until z =
+/// g(z) within the tolerance (QuasiNewton). On a spring this is Newmark's average acceleration, neutral for every
+/// stiffness, and both sides do the same work to the tolerance. A path that bends with the start's velocity would be
+/// nearer to the motion, but is unstable on stiff contacts (exchange_stability.hpp), and its works differ.
 class Simulation {
  public:
   /// Bed and machine are the caller's and outlive the simulation; either may be null. Body surfaces are placed at once.
@@ -70,6 +88,7 @@ class Simulation {
   /// on a planar body they are what its guide takes.
   const dem::Wrench& soil_on_body(int body) const { return soil_on_body_[static_cast<std::size_t>(body)]; }
   InterfaceWork interface_work() const;
+  const ExchangeCount& exchange() const { return exchange_; }
   const std::vector<BodySurface>& surfaces() const { return surfaces_; }
   /// Where a boundary's surface stands now (t_{n+1}), for drawing.
   dem::Pose surface_pose(int boundary) const;
@@ -89,8 +108,14 @@ class Simulation {
   void place_surfaces();
   dem::Pose pose_at(std::size_t motion, double time) const;
   void advance_servos();
-  void gather(double share);
+  void gather();
   void take_accelerations();
+  bool iterates() const { return options_.tolerance > 0 && machine_ != nullptr && !surfaces_.empty(); }
+  void agree();
+  void repeat_window();
+  mbd::BodyState on_path(std::size_t body, double t) const;
+  Eigen::VectorXd ends() const;
+  void hand_over();
   void advance_machine();
 
   dem::Bed* bed_;
@@ -99,9 +124,17 @@ class Simulation {
   std::vector<GivenMotion> motions_;
   SimulationOptions options_;
   std::vector<ServoState> servos_;                   ///< by given motion
-  std::vector<dem::Wrench> soil_on_body_, window_;   ///< per body; window: sum of shares
+  std::vector<dem::Wrench> soil_on_body_, window_;   ///< per body; window: sum of shares, or the mean agreed upon
   std::vector<std::array<double, 3>> acceleration_;  ///< of bodies at the window's start
   int in_window_ = 0;
+  // Iterated exchange.
+  std::vector<int> coupled_;              ///< bodies with surfaces
+  std::vector<double> arm_;               ///< m, of their surfaces: what an angle moves
+  std::vector<mbd::BodyState> starts_;    ///< of all bodies at the window's start
+  std::vector<std::array<double, 3>> z_;  ///< x, y, angle of all bodies at its end
+  bool advanced_ = false;                 ///< the machine stands at the window's end
+  dem::Bed::Checkpoint checkpoint_;
+  ExchangeCount exchange_;
   double time_ = 0;
   double end_ = std::numeric_limits<double>::infinity();
   bool stepped_ = false;  ///< the bed's boundaries stand where the step before had them

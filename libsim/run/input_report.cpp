@@ -15,6 +15,7 @@
 #include "libmbd/system/deep_start.hpp"
 #include "libsim/document/library.hpp"
 #include "libsim/document/quantity.hpp"
+#include "libsim/run/exchange_advice.hpp"
 #include "libsim/run/surface_meeting.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
@@ -360,6 +361,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_mixed_precision(loaded, world, out);
   look_at_bridges(loaded, world, out);
   look_at_fixed(loaded, world, out);
+  for (const std::string& text : exchange_warnings(loaded, world)) out.push_back(text);
   if (world.machine)
     for (const std::string& text : SurfaceMeeting(world).may_meet(world, loaded.scenario.time.end)) out.push_back(text);
   return out;

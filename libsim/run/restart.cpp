@@ -91,12 +91,15 @@ dem::MovingBed moving_bed_of(const StateReader& in) {
 
 }  // namespace
 
-SavedRun take_state(const World& world, const coupling::Simulation& simulation) {
+SavedRun take_state(const World& world, const coupling::Simulation& simulation, dem::Bed::Checkpoint* checkpoint) {
   SavedRun saved;
   saved.time = simulation.time();
   saved.has_bed = world.bed != nullptr;
   if (world.bed) {
-    saved.bed = world.bed->save();
+    if (checkpoint != nullptr)
+      world.bed->save(*checkpoint);
+    else
+      saved.bed = world.bed->save();
     saved.soil_step = world.step.soil_step;
     saved.kernel = world.bed->kernel_name();
     saved.soil = world.soil;
@@ -283,9 +286,13 @@ std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved) {
   return out;
 }
 
-void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation) {
+void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation,
+             const dem::Bed::Checkpoint* checkpoint) {
   if (world.bed) {
-    world.bed->restore(saved.bed);
+    if (checkpoint != nullptr)
+      world.bed->restore(*checkpoint);
+    else
+      world.bed->restore(saved.bed);
     world.soil = saved.soil;
     world.soil.clumps = world.bed->clumps().size();
     world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift - world.container_shift);

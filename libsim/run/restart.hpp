@@ -38,7 +38,9 @@ struct SavedRun {
 };
 
 /// The state as it is now, in memory, without the scenario's text and the run's progress.
-SavedRun take_state(const World& world, const coupling::Simulation& simulation);
+/// @param checkpoint takes the bed, whose arrays stay empty; null: they are filled
+SavedRun take_state(const World& world, const coupling::Simulation& simulation,
+                    dem::Bed::Checkpoint* checkpoint = nullptr);
 
 /// Writes a state, complete or not at all. Throws DiskFault.
 void write_run(const std::filesystem::path& path, const SavedRun& saved);
@@ -55,6 +57,8 @@ void refuse_other(const SavedRun& saved, const Scenario& scenario, const std::fi
 std::vector<dem::SphereSpec> spheres_of(const SavedRun& saved);
 
 /// Puts a world built from the same scenario (without soil placed) into the saved state.
-void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation);
+/// @param checkpoint of this world's bed; null: the bed is taken from the arrays
+void restore(const SavedRun& saved, World& world, coupling::Simulation& simulation,
+             const dem::Bed::Checkpoint* checkpoint = nullptr);
 
 }  // namespace subsoil::sim

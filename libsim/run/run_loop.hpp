@@ -83,6 +83,8 @@ class RunLoop : private StepObserver {
 
   /// What the explicit exchange between soil and machine has made or lost.
   void warn_of_exchange();
+  /// What the iterated exchange took, and machine steps in which it found no agreement.
+  void warn_of_open_exchange();
 
   /// What is left to be written after a failure of the disk is tried, each on its own.
   void attempt(int& code, const std::function<void()>& action);

@@ -85,7 +85,21 @@ void RunLoop::warn_of_exchange() {
   summary_->warn(fmt::format(
       "the exchange between soil and machine {} {:.3g} J, {:.2g} of the {:.3g} J that went between them: a body is "
       "light against what it touches; {}",
-      work.error() > 0 ? "made" : "lost", error, error / moved, moved, shorter_step(s_, world_)));
+      work.error() > 0 ? "made" : "lost", error, error / moved, moved,
+      shorter_step(s_, world_) +
+          (s_.time.coupling == CouplingWord::once ? ", or take `time.coupling: iterated`" : "")));
+}
+
+void RunLoop::warn_of_open_exchange() {
+  if (s_.time.coupling != CouplingWord::iterated) return;
+  const coupling::ExchangeCount& count = simulation_.exchange();
+  write_exchange(*summary_, count);
+  if (count.open == 0) return;
+  summary_->warn(
+      fmt::format("soil and machine did not agree in {} of {} machine steps: surfaces ended up to {:.2g} m from where "
+                  "the soil took them to end, above `coupling tolerance` = {:.2g} m; raise `time.coupling iterations`, "
+                  "or {}",
+                  count.open, count.windows, count.widest, s_.time.coupling_tolerance, shorter_step(s_, world_)));
 }
 
 void RunLoop::attempt(int& code, const std::function<void()>& action) {
@@ -152,6 +166,7 @@ void RunLoop::last_warnings(int code) {
   if (world_.machine) write_step_error();
   warn_of_machine_energy();
   warn_of_exchange();
+  warn_of_open_exchange();
   if (world_.soil.stopped)
     summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
   if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)

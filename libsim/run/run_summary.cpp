@@ -183,6 +183,15 @@ void write_servos(Summary& summary, const World& world, const coupling::Simulati
   }
 }
 
+void write_exchange(Summary& summary, const coupling::ExchangeCount& count) {
+  const double windows = static_cast<double>(std::max(count.windows, 1L));
+  summary.section("run")["coupling"] = {
+      {"machine steps", count.windows},
+      {"iterations per machine step", static_cast<double>(count.evaluations) / windows},
+      {"machine steps without agreement", count.open},
+      {"widest disagreement [m]", count.widest}};
+}
+
 void write_events(Summary& summary, const mbd::Machine& machine) {
   const std::vector<mbd::Event>& events = machine.events();
   summary.section("run")["events"] = events.size();

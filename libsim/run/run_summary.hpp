@@ -38,6 +38,8 @@ void write_restitution_error(Summary& summary, double error);
 void write_step_error(Summary& summary, const mbd::StepError& error);
 /// Of each servo: load, what resists it, travel, work.
 void write_servos(Summary& summary, const World& world, const coupling::Simulation& simulation);
+/// Of the iterated exchange.
+void write_exchange(Summary& summary, const coupling::ExchangeCount& count);
 void write_events(Summary& summary, const mbd::Machine& machine);
 /// Means of each tool: force on it forward, upward and sideways, with their intervals.
 void write_tools(Summary& summary, const ToolProgress& progress);

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -35,6 +36,19 @@ std::string without_folder(std::string text, const std::filesystem::path& folder
 
 struct Simulation::State::Impl {
   SavedRun saved;
+  dem::Bed::Checkpoint bed;  ///< of a state in memory, whose arrays are filled where someone asks for them
+
+  /// With the arrays. Others may ask at the same time.
+  const SavedRun& complete() const {
+    std::call_once(filled_, [this] {
+      if (saved.has_bed && saved.bed.ids.empty() && of_checkpoint) const_cast<SavedRun&>(saved).bed = bed.state();
+    });
+    return saved;
+  }
+  bool of_checkpoint = false;
+
+ private:
+  mutable std::once_flag filled_;
 };
 
 Simulation::State::State() = default;
@@ -428,7 +442,8 @@ Simulation::State Simulation::save() {
   Impl& d = *impl_;
   d.stepper.refresh_now();
   auto out = std::make_shared<State::Impl>();
-  out->saved = take_state(d.stepper.world(), d.stepper.simulation());
+  out->saved = take_state(d.stepper.world(), d.stepper.simulation(), &out->bed);
+  out->of_checkpoint = out->saved.has_bed;
   out->saved.scenario = d.identity;
   RunProgress progress;
   d.archive(progress.sums);
@@ -450,7 +465,8 @@ void Simulation::restore(const State& state) {
   Archive numbers(saved.progress->sums.numbers(), saved.progress->sums.texts());
   d.archive(numbers);
   numbers.end();
-  d.stepper.restore(saved);
+  const bool is_own = d.stepper.world().bed && state.impl_->bed.is_of(*d.stepper.world().bed);
+  d.stepper.restore(is_own ? saved : state.impl_->complete(), is_own ? &state.impl_->bed : nullptr);
   d.forget_values();
 }
 
@@ -479,13 +495,13 @@ struct ScratchFile {
 
 void Simulation::State::write(const std::filesystem::path& file) const {
   if (!impl_) throw std::invalid_argument("state: is empty; take one from save() or from_bytes()");
-  write_run(file, impl_->saved);
+  write_run(file, impl_->complete());
 }
 
 std::vector<std::byte> Simulation::State::bytes() const {
   if (!impl_) throw std::invalid_argument("state: is empty; take one from save() or from_bytes()");
   const ScratchFile file;
-  write_run(file.path, impl_->saved);
+  write_run(file.path, impl_->complete());
   std::vector<std::byte> out(std::filesystem::file_size(file.path));
   std::ifstream(file.path, std::ios::binary).read(reinterpret_cast<char*>(out.data()), static_cast<long>(out.size()));
   return out;

@@ -20,9 +20,12 @@ int use_threads(const Loaded& loaded, int asked) {
 }
 
 coupling::SimulationOptions Stepper::options_of(const Loaded& loaded, const World& world) {
+  const bool iterated = loaded.scenario.time.coupling == CouplingWord::iterated;
   return {.soil_step = world.step.soil_step,
           .soil_steps = static_cast<int>(loaded.scenario.time.machine.soil_steps),
-          .machine_step = world.step.machine_step};
+          .machine_step = world.step.machine_step,
+          .tolerance = iterated ? loaded.scenario.time.coupling_tolerance : 0,
+          .most_iterations = static_cast<int>(loaded.scenario.time.coupling_iterations)};
 }
 
 Stepper::Stepper(const Loaded& loaded, World world, const SavedRun* saved)
@@ -100,9 +103,9 @@ void Stepper::note_jump() {
   world_.machine->set_external_wrench(body, w[0], w[1], w[2]);
 }
 
-void Stepper::restore(const SavedRun& saved) {
+void Stepper::restore(const SavedRun& saved, const dem::Bed::Checkpoint* checkpoint) {
   if (world_.moving && saved.moving) world_.moving->window = *saved.moving;
-  sim::restore(saved, world_, simulation_);
+  sim::restore(saved, world_, simulation_, checkpoint);
   // A restoration begins where the machine stands: the second one at the state itself, as in refresh_now().
   if (world_.machine) world_.machine->restore(saved.machine);
 }

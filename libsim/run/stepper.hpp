@@ -79,8 +79,8 @@ class Stepper {
   /// motion depends on the states that are asked for.
   static constexpr long steps_between_states = 64;
 
-  /// Puts a state of the same scenario in place.
-  void restore(const SavedRun& saved);
+  /// Puts a state of the same scenario in place. @param checkpoint of this bed, in place of the state's arrays; or null
+  void restore(const SavedRun& saved, const dem::Bed::Checkpoint* checkpoint = nullptr);
   /// The pose of a boundary from now on, as a function of time; a servo still shifts it. Empty: as the scenario has it.
   void set_motion(int boundary, std::function<dem::Pose(double)> pose);
 

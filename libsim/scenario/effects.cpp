@@ -41,12 +41,16 @@ bool has_solids(const Scenario& s) {
 
 bool has_bed(const Scenario& s) { return s.has_bed(); }
 bool has_machine(const Scenario& s) { return s.machine.has_value(); }
+bool has_machine_in_soil(const Scenario& s) { return s.machine && s.has_bed(); }
+bool iterates(const Scenario& s) { return has_machine_in_soil(s) && s.time.coupling == CouplingWord::iterated; }
 
 constexpr const char* no_spheres = "there are no spheres";
 constexpr const char* no_bed = "there is neither soil nor a boundary";
 constexpr const char* no_machine = "there is no machine";
+constexpr const char* no_machine_in_soil = "there is no machine in soil";
+constexpr const char* not_iterated = "it is of `time.coupling: iterated`";
 
-constexpr std::array<ConditionalKey, 30> keys{{
+constexpr std::array<ConditionalKey, 33> keys{{
     {"soil.bed.seed", draws_numbers, "the fill draws no random number: every seed gives the same bed"},
     {"soil.bed.shares", draws_radii, "the radii are not drawn from a distribution"},
     {"soil.bed.inside machine", has_solids, "there is neither a machine's surface nor a boundary"},
@@ -60,6 +64,9 @@ constexpr std::array<ConditionalKey, 30> keys{{
     // With soil also beside a `soil step`, which a command line may give for the one that they choose.
     {"time.safety", has_bed, no_bed},
     {"time.accuracy", has_bed, no_bed},
+    {"time.coupling", has_machine_in_soil, no_machine_in_soil},
+    {"time.coupling tolerance", iterates, not_iterated},
+    {"time.coupling iterations", iterates, not_iterated},
     {"time.machine.integrator", has_machine, no_machine},
     {"time.machine.locate events", has_machine, no_machine},
     {"time.machine.step", has_machine, no_machine},
@@ -68,8 +75,7 @@ constexpr std::array<ConditionalKey, 30> keys{{
     {"time.machine.rtol", has_machine, no_machine},
     {"time.machine.atol", has_machine, no_machine},
     {"time.machine.formulation", has_machine, no_machine},
-    {"time.machine.soil steps per machine step", [](const Scenario& s) { return s.machine && s.has_bed(); },
-     "there is no machine in soil"},
+    {"time.machine.soil steps per machine step", has_machine_in_soil, no_machine_in_soil},
     {"limits.overlap", has_bed, no_bed},
     {"limits.speed", has_bed, no_bed},
     {"limits.soil energy", has_bed, no_bed},

@@ -175,6 +175,8 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   mbd::MachineOptions options;
   options.integrator = integrator_of(s);
   options.adams_moulton.order = order_of(s);
+  // Both sides agree on the motion under a constant wrench: it must be that motion, on stiff contacts too.
+  if (s.time.coupling == CouplingWord::iterated) options.adams_moulton.wrench_jump = mbd::WrenchJump::restart;
   options.adams_moulton.longest_step = longest_machine_step(s, model);
   options.ida.rtol = time.rtol.value_or(options.ida.rtol), options.ida.atol = time.atol.value_or(options.ida.atol);
   options.ida.formulation = time.formulation;

@@ -68,6 +68,9 @@ std::vector<YieldingBody> yielding_bodies(const World& world, const Scenario& sc
     // What rounding leaves of a body that cannot move.
     if (held(0, 0) * body.mass < 1e-9 && held(1, 1) * body.mass < 1e-9 && held(2, 2) * body.inertia < 1e-9) continue;
     one.start_mass = std::max(one.free_mass, least(held));
+    Vec3 middle{};
+    for (const Vec3& arm : arms) middle += arm * (1 / static_cast<double>(arms.size()));
+    one.middle_mass = mass_of(most_mobile(held, middle));
     const auto same = std::find_if(out.begin(), out.end(), [&](const YieldingBody& y) {
       return y.body == one.body && y.material == one.material;
     });
@@ -76,6 +79,7 @@ std::vector<YieldingBody> yielding_bodies(const World& world, const Scenario& sc
     } else {
       same->free_mass = std::min(same->free_mass, one.free_mass);
       same->start_mass = std::min(same->start_mass, one.start_mass);
+      same->middle_mass = std::min(same->middle_mass, one.middle_mass);
     }
   }
   return out;

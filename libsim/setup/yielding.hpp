@@ -10,8 +10,9 @@ namespace subsoil::sim {
 struct YieldingBody {
   int body = 0;
   int material = 0;
-  double free_mass = 0;   ///< kg, as if no joint held it: W = 1/M + r^2/I across r; joints make it larger only
-  double start_mass = 0;  ///< kg, with joints and drivers as they stand at the start
+  double free_mass = 0;    ///< kg, as if no joint held it: W = 1/M + r^2/I across r; joints make it larger only
+  double start_mass = 0;   ///< kg, with joints and drivers as they stand at the start
+  double middle_mass = 0;  ///< kg, likewise, at the middle of its surface: what contacts all over it move
 };
 
 /// Bodies that would yield to a sphere of mass m, kg: lighter than `yielding_ratio` times it, and not held by drivers

@@ -42,6 +42,10 @@ void check_engine(Checks& checks, const Scenario& s) {
   if (s.machine)
     for (const Surface& surface : s.machine->surfaces)
       if (surface.wear) refuse_by_engine(checks, "machine.surfaces." + surface.name + ".wear", "wear");
+  if (s.time.coupling == CouplingWord::iterated)
+    checks.refuse("time.coupling", "iterated",
+                  "repeats steps from a checkpoint, which `engine: liggghts` has not; take `explicit`, or leave "
+                  "`engine` out");
   if (s.output.contact_forces) refuse_by_engine(checks, "output.contact forces", "single contacts in frames");
 }
 

@@ -53,6 +53,14 @@ void describe(Fields& v, Time& t) {
   v.quantity("accuracy", t.accuracy, "1", "(0, 1]",
              "error of the restitution of an impact that the automatic step allows, at the speed at which bodies may "
              "meet; a contact gets 0.4/accuracy steps at least. Large for beds that only creep: stability alone");
+  v.choice("coupling", t.coupling, {{"explicit", CouplingWord::once}, {"iterated", CouplingWord::iterated}},
+           "explicit: the soil moves the machine once per machine step; iterated: both repeat the step until the "
+           "machine ends where the soil took it to end, for bodies that are light against stiff soil");
+  v.quantity("coupling tolerance", t.coupling_tolerance, "m", "(0, 0.001]",
+             "of iterated: how far surfaces may end from where the soil took them to end");
+  v.count("coupling iterations", t.coupling_iterations, "[2, 1000]",
+          "of iterated: at most so many per machine step; a step that does not agree by then is counted and the run "
+          "warns");
   v.section("machine", t.machine, "integration of the machine");
   v.named("stop when", t.stop_when,
           "conditions that end the run before `end`, in order and with exit code 0, by name: {stuck: {column: pull, "

@@ -31,11 +31,17 @@ struct StopSection {
 };
 void describe(Fields& v, StopSection& s);
 
+/// How often soil and machine exchange motion and force: once per machine step, or until they agree.
+enum class CouplingWord { once, iterated };
+
 struct Time {
   double end = required;            // of dynamics and kinematics
   std::optional<double> soil_step;  // empty: auto
   double safety = 0.8;              // auto step / stable step (a bound on the safe side)
   double accuracy = 0.01;           // of the restitution, with the auto step
+  CouplingWord coupling = CouplingWord::once;
+  double coupling_tolerance = 1e-9;  // m
+  long coupling_iterations = 20;
   MachineTime machine;
   std::vector<StopSection> stop_when;
   long threads = 0;  // 0: by the size of the bed

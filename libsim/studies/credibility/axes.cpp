@@ -195,7 +195,10 @@ class AxisList {
     out_.axes.push_back({"coupling step",
                          "machine and soil exchange half as often",
                          {fmt::format("time.machine.soil steps per machine step={}", 2 * s_.time.machine.soil_steps)}});
-    absent("iterated coupling", "machine and soil exchange once per step in this version");
+    if (s_.time.coupling == CouplingWord::iterated)
+      absent("iterated coupling", "machine and soil agree in each step already");
+    else
+      out_.axes.push_back({"iterated coupling", "machine and soil agree in each step", {"time.coupling=iterated"}});
   }
 
   const Loaded& loaded_;

@@ -29,8 +29,8 @@ struct Axes {
 };
 
 /// As given; half the step; twice the stiffness (all contacts, attraction as before); half the radius; twice the bin
-/// along and across the travel, twice the bed below; three packings; twice the coupling step. Throws ScenarioError for
-/// a scenario without a bed: it has none of these.
+/// along and across the travel, twice the bed below; three packings; twice the coupling step; the iterated
+/// exchange. Throws ScenarioError for a scenario without a bed: it has none of these.
 Axes credibility_axes(const Loaded& loaded);
 
 /// Of the axes those that begin with one of these words (`bin` for all three, `packing`); the scenario as given stays,

@@ -46,6 +46,8 @@ const std::map<std::string, Case>& cases() {
   static const std::string grains = soil("fill: lattice, radius: {uniform: 4 5 mm}, pitch: 11 mm");
   static const std::string plate = soil(listed) + "boundaries: [{name: p, material: a, shape: {box: 5 5 5 mm}}]\n";
   static const std::string with_machine = dry + std::string(alone).substr(11, std::string(alone).find("time:") - 11);
+  static const std::string iterated =
+      soil(listed, "time: {end: 1 ms, coupling: iterated}\n") + with_machine.substr(dry.size());
   static const std::map<std::string, Case> all{
       {"soil.bed.seed", {"2", rain, dry}},
       {"soil.bed.shares", {"mass", grains, soil(grid)}},
@@ -58,6 +60,9 @@ const std::map<std::string, Case>& cases() {
       {"soil.remove below", {"0.1 m", dry, ""}},
       {"time.safety", {"0.5", dry, alone}},
       {"time.accuracy", {"0.05", dry, alone}},
+      {"time.coupling", {"iterated", with_machine, alone}},
+      {"time.coupling tolerance", {"1 um", iterated, with_machine}},
+      {"time.coupling iterations", {"5", iterated, with_machine}},
       {"time.machine.integrator", {"auto", alone, dry}},
       {"time.machine.locate events", {"no", alone, dry}},
       {"time.machine.step", {"1 ms", alone, dry}},

@@ -47,8 +47,9 @@ struct StackRun {
   double closure;  ///< bed closure + machine balance + interface error, J
 };
 
+/// @param tolerance of the iterated exchange, m; 0: explicit
 inline StackRun run(const Stack& s, double soil_step, int soil_steps = 1,
-                    mbd::IntegratorKind kind = mbd::IntegratorKind::adams_moulton) {
+                    mbd::IntegratorKind kind = mbd::IntegratorKind::adams_moulton, double tolerance = 0) {
   dem::Linear law = dem::test::grains(s.stiffness, s.restitution, 0, 0);
   dem::Bed bed(dem::test::table(law), dem::test::quiet({0, -s.gravity, 0}));
   const double volume = 4.0 / 3.0 * M_PI * std::pow(s.radius, 3);
@@ -61,7 +62,8 @@ inline StackRun run(const Stack& s, double soil_step, int soil_steps = 1,
   const int body = model.add({.name = "weight", .mass = s.body_mass, .inertia = 1e-3, .pose = {0, s.body_start(), 0}});
   mbd::Machine machine(model, {.integrator = kind, .ida = {.rtol = 1e-12, .atol = 1e-14}});
   machine.start_from_pose();
-  Simulation simulation(&bed, &machine, {{body, face}}, {}, {.soil_step = soil_step, .soil_steps = soil_steps});
+  Simulation simulation(&bed, &machine, {{body, face}}, {},
+                        {.soil_step = soil_step, .soil_steps = soil_steps, .tolerance = tolerance});
   const long steps = std::lround(s.end / soil_step);
   StackRun out{.height = 0, .velocity = 0, .least_force = 1e300, .impulse = 0, .work = {}, .closure = 0};
   double start = 0;

@@ -28,7 +28,7 @@ const std::vector<Room> house = {
      {"libmbd/"},
      {"Eigen/"},
      {"boost/math/", "cvode/", "ida/", "nvector/", "sunlinsol/", "sunmatrix/", "sunnonlinsol/", "sundials/"}},
-    {"coupling", {"coupling/", "libdem/", "libmbd/"}, {}, {}},
+    {"coupling", {"coupling/", "libdem/", "libmbd/"}, {"Eigen/"}, {}},
     {"libsim",
      {"libsim/", "coupling/", "libdem/", "libmbd/"},
      {"Eigen/", "fmt/", "hdf5.h", "malloc.h", "nlohmann/", "omp.h", "spdlog/", "sys/resource.h"},
