@@ -73,7 +73,6 @@ class FramesFile final : public SurfaceSamples {
   double travelled(std::size_t frame) const;  ///< by the window since the first frame, along x, m; 0 without
   /// Places (x y z, m) as seen from the window where it was in the first frame.
   void put_in_window(std::size_t frame, std::vector<float>& places) const;
-  double height_at_rest(std::size_t index) const { return at_rest_[3 * (index % (at_rest_.size() / 3)) + 1]; }
   /// Whole numbers by sphere of the frame, such as `contacts`.
   std::vector<std::int32_t> counts(std::size_t frame, const std::string& name) const;
   /// Likewise numbers such as `force`, three of each sphere.

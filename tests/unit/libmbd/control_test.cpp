@@ -253,7 +253,7 @@ TEST(PidLook, BetweenStepsStatesAreOfThatTime) {
   EXPECT_NEAR(machine.system().element_states()[0], exact(0.2)[2], 1e-6);
 }
 
-// A look into the step leaves what is seen at its end as it was: output, what the controller misses, forces.
+// An evaluation inside the step leaves what is seen at its end as it was: output, what the controller misses, forces.
 TEST(PidLook, LeavesASampledControllerAsItWas) {
   for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
     PidController pid = gains;
