@@ -21,10 +21,10 @@
 namespace subsoil::dem {
 
 /// Which spheres may sleep: those of particle blocks that are farther than `within` from every moving surface and
-/// that stay slower than `below`, with all blocks around them (docs/theory, section 8.1).
+/// that stay slow, with all blocks around them (docs/theory, section 8.1).
 struct ActiveRule {
   double within = 0;  ///< m, from the box around a moving surface (a plane: from itself)
-  double below = 0;   ///< m/s, of the centre and of points on the surface by rotation
+  double below = 0;   ///< m/s, of centres; 0: by gravity and the mean diameter
 };
 
 struct BedOptions {
@@ -199,7 +199,7 @@ class Bed {
     std::vector<double> scalars;
     std::vector<std::int64_t> kinds;  ///< SphereKind of each sphere; empty where all are free
     std::vector<std::int64_t> calm;   ///< of each sphere for the active region; empty without
-    std::vector<double> frozen;       ///< `BedEnergy::frozen`; empty without
+    std::vector<double> frozen;       ///< `BedEnergy::frozen`, forces of each sphere at rest; empty without
     std::vector<double> clumps;       ///< 17 numbers each, behind the next one's; empty without
     std::vector<double> fixed;        ///< work of fixed spheres, and what acted on each; empty without
     std::vector<double> loads;        ///< FaceLoad of every triangle of boundaries that keep them; empty without

@@ -10,8 +10,8 @@
 namespace subsoil::dem {
 namespace {
 
-/// In `Sphere::calm`: frozen; else how calm.
-constexpr std::uint8_t kFrozen = 0xff;
+/// In `Sphere::calm`: asleep; asleep, and its forces at rest are not known yet.
+constexpr std::uint8_t kFrozen = 0xff, kFresh = 0xfe;
 
 bool moves_now(const Boundary& b) {
   const Quaternion &was = b.pose_before.attitude, &is = b.pose.attitude;
@@ -42,37 +42,52 @@ double distance(const Bounds& box, const Boundary& b) {
 
 void ActiveRegion::set_rule(const std::optional<ActiveRule>& rule) {
   rule_ = rule;
-  states_.clear(), count_ = 0;
+  forget();
 }
 
-void ActiveRegion::keep(std::span<Sphere> spheres, std::span<const BlockSums> sums) const {
+void ActiveRegion::keep(std::span<Sphere> spheres) {
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const State& s = states_[k];
-    const bool frozen = (s.frozen && outcomes_[k] != Outcome::moves) || (s.freezes && outcomes_[k] == Outcome::rests);
-    const bool slow = std::max(s.speed2, sums[k].speed2) < limit2();
+    const bool wakes = outcomes_[k] == Outcome::moves;
+    const bool fresh = s.freezes || (s.fresh && outcomes_[k] != Outcome::rests);
+    const std::uint8_t calm = wakes || !(s.frozen || s.freezes) ? 0 : fresh ? kFresh : kFrozen;
     const std::size_t begin = k * kParticleBlock, end = std::min<std::size_t>(begin + kParticleBlock, count_);
-    for (std::size_t i = begin; i < end; ++i) spheres[i].calm = frozen ? kFrozen : slow ? s.calm : std::uint8_t{0};
+    for (std::size_t i = begin; i < end; ++i) spheres[i].calm = calm, balance_[i].slow = wakes ? 0 : s.slow;
   }
 }
 
-void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, double cutoff,
-                               int threads) {
+void ActiveRegion::sort(const std::vector<std::uint32_t>& new_index, std::size_t count) {
+  if (!on()) return balance_.clear();
+  std::vector<Balance> sorted(count);
+  for (std::size_t i = 0; i < std::min(balance_.size(), new_index.size()); ++i)
+    if (new_index[i] != kGone) sorted[new_index[i]] = balance_[i];
+  balance_ = std::move(sorted);
+}
+
+void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, double mean_radius,
+                               double cutoff, int threads) {
   if (!on()) return;
   const std::size_t blocks = contacts.particle_blocks.size();
-  count_ = particles.size();
+  count_ = particles.size(), mean_radius_ = mean_radius;
   states_.assign(blocks, {}), outcomes_.assign(blocks, Outcome::none), boxes_.assign(blocks, {}),
       was_evaluated_.assign(blocks, 0);
   for (std::size_t k = 0; k < blocks; ++k) {
     const ParticleBlock& b = contacts.particle_blocks[k];
-    std::uint8_t calm = kFrozen;
+    State& state = states_[k];
+    state.frozen = true, state.slow = 1e300;
     for (std::uint32_t i = b.begin; i < b.end; ++i) {
       const Sphere& s = particles[i];
       const double around = s.r + cutoff;
-      calm = std::min(calm, s.calm);
       boxes_[k].include(s.x - Vec3{around, around, around}), boxes_[k].include(s.x + Vec3{around, around, around});
+      const bool asleep = s.calm >= kFresh;
+      state.frozen = state.frozen && asleep;
+      state.fresh = state.fresh || s.calm == kFresh;
+      if (!asleep) state.slow = std::min(state.slow, balance_[i].slow);
     }
-    states_[k].frozen = calm == kFrozen;
-    states_[k].calm = std::min(calm, kCalm);
+    if (state.frozen)
+      state.slow = 0;
+    else
+      state.fresh = false;
   }
   find_partners(contacts, threads);
   changed_ = true;
@@ -121,12 +136,17 @@ void ActiveRegion::plan(long step, double dt, double gravity, bool new_lists, bo
   observed_ = false;
   if (states_.empty()) return;
   const bool check = step % kCheck == 0, all = new_lists || std::exchange(check_all_, false);
-  calm_time_ = static_cast<double>(kCheck * kCalm) * dt;
-  if (gravity > 0) calm_time_ = std::max(calm_time_, rule_->below / (kUnbalanced * gravity));
+  speed_limit_ = rule_->below > 0 ? rule_->below : kInertialNumber * std::sqrt(2 * mean_radius_ * gravity);
+  rest_time_ = static_cast<double>(kCheck * kCalm) * dt;
+  if (gravity > 0) rest_time_ = std::max(rest_time_, 2 * speed_limit_ / (kUnbalanced * gravity));
+  change_limit_ = gravity > 0 ? kUnbalanced * gravity : 2 * speed_limit_ / rest_time_;
+  turning_limit_ = std::max(speed_limit_, std::sqrt(2 * mean_radius_ * gravity));
+  // Of the change of the forces in a check; none where the check is not one of the series.
+  gain_ = check ? std::min(1.0, static_cast<double>(kCheck) * dt / rest_time_) : 0;
   take_outcomes();
   watch_speeds(sums);
   const auto moving = static_cast<std::size_t>(std::count_if(boundaries.begin(), boundaries.end(), moves_now));
-  if (check) count_calm();
+  if (check) add_slow_time(static_cast<double>(kCheck) * dt);
   if (check || all || moving != moving_) find_near(boundaries);
   moving_ = moving;
   if (check && !new_lists) choose_freezing(particles);
@@ -136,17 +156,24 @@ void ActiveRegion::plan(long step, double dt, double gravity, bool new_lists, bo
 void ActiveRegion::take_outcomes() {
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const Outcome outcome = std::exchange(outcomes_[k], Outcome::none);
-    if (std::exchange(states_[k].freezes, false)) {
-      states_[k].frozen = outcome == Outcome::rests;
-      changed_ = true;
-    } else if (outcome == Outcome::moves) {
+    State& s = states_[k];
+    if (outcome == Outcome::moves) {
       wake(k);
+    } else if (outcome == Outcome::rests && std::exchange(s.fresh, false)) {
+      changed_ = true;
     }
+  }
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    if (!std::exchange(states_[k].freezes, false)) continue;
+    states_[k].frozen = states_[k].fresh = changed_ = true;
+    // What they get from it is constant from now on.
+    for (const std::uint32_t n : neighbours(k)) states_[n].fresh = states_[n].frozen;
   }
 }
 
 void ActiveRegion::wake(std::size_t block) {
-  states_[block].frozen = false, states_[block].calm = 0;
+  State& s = states_[block];
+  s.frozen = s.fresh = false, s.slow = 0;
   changed_ = true;
 }
 
@@ -160,10 +187,10 @@ void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
   }
 }
 
-void ActiveRegion::count_calm() {
+void ActiveRegion::add_slow_time(double time) {
   for (State& s : states_) {
     if (s.frozen) continue;
-    s.calm = s.speed2 < limit2() ? std::min<std::uint8_t>(s.calm + 1, kCalm) : std::uint8_t{0};
+    s.slow = s.speed2 < limit2() ? s.slow + time : 0;
     s.speed2 = 0;
   }
 }
@@ -181,13 +208,14 @@ void ActiveRegion::find_near(std::span<const Boundary> boundaries) {
 }
 
 bool ActiveRegion::may_freeze(std::size_t block) const {
-  const auto calm = [&](std::uint32_t k) { return states_[k].frozen || states_[k].calm >= kCalm; };
+  const auto rests = [&](std::uint32_t k) { return states_[k].frozen || states_[k].slow >= rest_time_; };
   const State& s = states_[block];
   const auto around = neighbours(block);
-  return !s.frozen && !s.near && s.calm >= kCalm && std::all_of(around.begin(), around.end(), calm);
+  return !s.frozen && !s.near && s.slow >= rest_time_ && std::all_of(around.begin(), around.end(), rests);
 }
 
-/// Speeds have been watched; what is left are spheres that turn on the spot.
+/// Speeds of centres have been watched; what is left are spheres that turn on the spot. About the normal of a contact
+/// nothing brakes them unless the law resists torsion: one in a hundred turns for seconds in a bed at rest.
 void ActiveRegion::choose_freezing(const ParticleStore& particles) {
   for (std::size_t k = 0; k < states_.size(); ++k) {
     if (!may_freeze(k)) continue;
@@ -197,7 +225,7 @@ void ActiveRegion::choose_freezing(const ParticleStore& particles) {
       const Sphere s = particles.now(static_cast<std::uint32_t>(i));
       turning2 = std::max(turning2, s.r * s.r * dot(s.w, s.w));
     }
-    states_[k].freezes = turning2 < limit2();
+    states_[k].freezes = turning2 < turning_limit_ * turning_limit_;
   }
 }
 
@@ -216,7 +244,8 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, bool snapshot, 
     s.evaluated = needed || all;
     s.observed = snapshot || (all_energies && s.outdated);
     s.outdated = needed || (s.outdated && !all_energies);
-    s.checked = s.frozen && (all || (check && (needed || any(earlier(k), moving))));
+    s.beside_moving = s.frozen && (needed || any(earlier(k), moving));
+    s.checked = s.frozen && (s.fresh || all || (check && s.beside_moving));
   }
   for (std::size_t k = 0; k < states_.size(); ++k) {
     if (!states_[k].checked) continue;
@@ -237,6 +266,60 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, bool snapshot, 
     for (std::uint32_t r = block.runs_begin; r < block.runs_end; ++r)
       if (const PairRun& run = contacts.runs[r]; run.across_interface)
         std::fill_n(contacts.interface_given.begin() + run.rows, run.blocks, std::uint8_t{0});
+  }
+}
+
+bool ActiveRegion::rests(std::size_t block, std::size_t sphere, const Vec3& acceleration, const Vec3& turn) {
+  const State& s = states_[block];
+  Balance& b = balance_[sphere];
+  if (s.fresh) {
+    b = {.slow = 0, .acceleration = acceleration, .turn = turn, .change = {}, .turn_change = {}};
+    return true;
+  }
+  const auto take = [&](const Vec3& now, const Vec3& at_rest, Vec3& change) {
+    if (!s.beside_moving)
+      change = now - at_rest;
+    else
+      change += gain_ * (now - at_rest - change);
+    return norm(change) < change_limit_;
+  };
+  const bool moves = take(acceleration, b.acceleration, b.change), turns = take(turn, b.turn, b.turn_change);
+  return moves && turns;
+}
+
+void ActiveRegion::save(std::vector<double>& to, std::size_t count) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Balance b = i < balance_.size() ? balance_[i] : Balance{};  // one that was added since the last lists
+    to.push_back(b.slow);
+    for (const Vec3& v : {b.acceleration, b.turn, b.change, b.turn_change}) put(to, v);
+  }
+}
+
+void ActiveRegion::restore(std::span<const double> from) {
+  forget(), balance_.clear(), check_all_ = false;
+  StateReader read{from};
+  while (read.at < from.size()) {
+    Balance b;
+    b.slow = read();
+    for (Vec3* v : {&b.acceleration, &b.turn, &b.change, &b.turn_change}) *v = read.vector();
+    balance_.push_back(b);
+  }
+}
+
+void ActiveRegion::save_lists(std::vector<double>& to, std::span<const BlockSums> sums) const {
+  to.insert(to.end(), {static_cast<double>(states_.size()), static_cast<double>(moving_), check_all_ ? 1.0 : 0.0});
+  for (std::size_t k = 0; k < states_.size(); ++k)
+    to.insert(to.end(), {states_[k].speed2, sums[k].speed2, sums[k].frozen});
+}
+
+void ActiveRegion::restore_lists(StateReader& from, std::span<BlockSums> sums) {
+  const auto blocks = static_cast<std::size_t>(from());
+  moving_ = static_cast<std::size_t>(from());
+  check_all_ = from() != 0;
+  for (std::size_t k = 0; k < blocks; ++k) {
+    const double speed2 = from();
+    sums[k].speed2 = from(), sums[k].frozen = from();
+    if (k < states_.size()) states_[k].speed2 = speed2;  // none where the run continues without sleep
   }
 }
 

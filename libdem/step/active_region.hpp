@@ -9,6 +9,7 @@
 #include "libdem/geometry/bounds.hpp"
 #include "libdem/particles/particle_store.hpp"
 #include "libdem/step/energy_balance.hpp"
+#include "libdem/step/state_numbers.hpp"
 
 namespace subsoil::dem {
 
@@ -19,13 +20,12 @@ namespace subsoil::dem {
 /// stay where they are, and what it needs of its neighbours is known by block. Single sleeping spheres would have the
 /// kernel ask for each lane.
 ///
-/// | data                          | written by                                               | read by           |
+/// | data                    | written by                                         | read by                |
 /// |---|---|---|
-/// | neighbours, boxes             | `begin_lists`: rebuilds                                  | `plan`            |
-/// | states                        | `plan`, before each step, one thread                     | every worker      |
-/// | outcomes                      | the worker of the particle block, during the sweep       | `plan` of the next step
-/// | | time at rest, of each sphere (`calm`) | `keep`, before spheres are sorted again | `begin_lists`, saved
-/// state |
+/// | neighbours, boxes       | `begin_lists`: rebuilds                            | `plan`                 |
+/// | states                  | `plan`, before each step, one thread               | every worker           |
+/// | outcomes, balance       | the worker of the particle block, during the sweep | `plan` of the next step |
+/// | balance, `Sphere::calm` | `keep` and `sort`: rebuilds                        | saved state            |
 ///
 /// All is decided between two steps, from what particle blocks and boundaries did: the same for any number of threads.
 class ActiveRegion {
@@ -34,12 +34,21 @@ class ActiveRegion {
   bool on() const { return rule_.has_value(); }
 
   // Rebuilds.
-  /// Checks at rest of each sphere's block, into its record: blocks of the next lists are others.
-  void keep(std::span<Sphere> spheres, std::span<const BlockSums> sums) const;
+  /// What is known of each sphere's block, into its record: blocks of the next lists are others.
+  void keep(std::span<Sphere> spheres);
+  /// Records as the spheres. @param new_index by index before, kGone of those that leave
+  void sort(const std::vector<std::uint32_t>& new_index, std::size_t count);
   /// @param cutoff by which the lists go beyond the surfaces of two spheres, m
-  void begin_lists(const ContactStore& contacts, const ParticleStore& particles, double cutoff, int threads);
+  void begin_lists(const ContactStore& contacts, const ParticleStore& particles, double mean_radius, double cutoff,
+                   int threads);
   void forget() { states_.clear(), count_ = 0; }  ///< spheres are others
   void check_all() { check_all_ = true; }         ///< something else than neighbours and surfaces changed the forces
+
+  // Saved state: of spheres, in their order, and of blocks, behind the lists.
+  void save(std::vector<double>& to, std::size_t count) const;
+  void restore(std::span<const double> from);
+  void save_lists(std::vector<double>& to, std::span<const BlockSums> sums) const;
+  void restore_lists(StateReader& from, std::span<BlockSums> sums);
 
   /// What the step at hand does with each particle block. @param gravity its magnitude, m/s2
   /// @param all_energies whether it sums those of every block
@@ -55,47 +64,56 @@ class ActiveRegion {
   bool is_observed(std::size_t block) const { return states_[block].observed; }
   bool any_observed() const { return observed_; }
   bool receives(std::size_t block) const { return states_[block].receives; }
-  /// Whether no sphere would get too fast within the time of a sleep candidate. @param acceleration the maximum
-  /// of a block's spheres, of the centre or by the torque of a point on the surface, m/s2
-  bool is_balanced(double acceleration, bool freezes) const {
-    return acceleration * calm_time_ < (freezes ? kFreezingShare : 1.0) * rule_->below;
-  }
-  /// Of a block that falls asleep or is checked.
+  /// Whether a sphere of a checked block stays asleep. @param acceleration by its forces, m/s2
+  /// @param turn by its torque, of a point on the surface, m/s2
+  bool rests(std::size_t block, std::size_t sphere, const Vec3& acceleration, const Vec3& turn);
+  /// Of a block that is checked.
   void found(std::size_t block, bool balanced) { outcomes_[block] = balanced ? Outcome::rests : Outcome::moves; }
 
   std::size_t frozen_spheres() const;
 
-  static constexpr long kCheck = 16;         ///< steps between two checks
-  static constexpr std::uint8_t kCalm = 16;  ///< checks in a row that find a block at rest before it sleeps
-  /// Of gravity: the acceleration out of balance at which a sphere wakes, however short the step. A ball at rest
-  /// on a slope of 2 degrees has more (5/7 sin 2 = 0.025); what a bed at rest creeps with is a hundredth of it.
+  static constexpr long kCheck = 16;  ///< steps between two checks
+  static constexpr long kCalm = 16;   ///< checks that find a block slow before it sleeps, at least
+  /// Of gravity: the mean acceleration above which a sphere does not fall asleep, and the lasting change of its forces
+  /// that wakes it. A ball on a slope of 2 degrees has more (5/7 sin 2 = 0.025). Of the mean, because contacts of a bed
+  /// at rest ring: 0.1 mm/s at 2,000 rad/s are 0.02 g for a moment and nothing on average.
   static constexpr double kUnbalanced = 0.02;
-  static constexpr double kFreezingShare = 0.5;  ///< of what wakes a sphere: else rounding would wake what just froze
+  /// Speed limit by default, in sqrt(g d) of the mean diameter: the inertial number of a layer that shears this fast
+  /// under the weight of one sphere. Friction of soil depends on the rate from about 1e-3 to 1e-2 on.
+  static constexpr double kInertialNumber = 0.002;
 
  private:
   struct State {
-    bool frozen = false;    ///< its spheres stay where they are
-    bool freezes = false;   ///< in this step, if its forces are balanced
-    bool evaluated = true;  ///< its contacts, in this step
-    bool observed = false;  ///< evaluated in this step for what is asked for alone (ObservedContacts)
-    bool checked = false;   ///< asleep, and its forces are complete in this step
-    bool receives = false;  ///< asleep, and gets some force from contacts of other blocks in this step
-    bool outdated = true;   ///< what it stores was summed before it or a partner last moved
-    bool near = false;      ///< a moving surface is
-    std::uint8_t calm = 0;  ///< checks in a row that found all its spheres slow
-    double speed2 = 0;      ///< maximum since the last check, m2/s2
+    bool frozen = false;         ///< its spheres stay where they are
+    bool freezes = false;        ///< in this step
+    bool fresh = false;          ///< asleep; the next check takes its forces as those at rest
+    bool evaluated = true;       ///< its contacts, in this step
+    bool observed = false;       ///< evaluated in this step for what is asked for alone (ObservedContacts)
+    bool checked = false;        ///< asleep, and its forces are complete in this step
+    bool receives = false;       ///< asleep, and gets some force from contacts of other blocks in this step
+    bool outdated = true;        ///< what it stores was summed before it or a partner last moved
+    bool near = false;           ///< a moving surface is
+    bool beside_moving = false;  ///< asleep, and a neighbour is not
+    double slow = 0;             ///< since when all its spheres are, s
+    double speed2 = 0;           ///< maximum since the last check, m2/s2
+  };
+  /// Of a sphere.
+  struct Balance {
+    double slow = 0;           ///< State::slow of its block
+    Vec3 acceleration, turn;   ///< when it fell asleep: what was out of balance then, as it was ringing
+    Vec3 change, turn_change;  ///< since then, mean over the time of rest
   };
   enum class Outcome : std::uint8_t { none, rests, moves };
 
   void take_outcomes();
   void watch_speeds(std::span<const BlockSums> sums);
-  void count_calm();
+  void add_slow_time(double time);
   void find_near(std::span<const Boundary> boundaries);
   void choose_freezing(const ParticleStore& particles);
   bool may_freeze(std::size_t block) const;
   void mark(bool check, bool all, bool all_energies, bool snapshot, ContactStore& contacts);
   void wake(std::size_t block);
-  double limit2() const { return rule_->below * rule_->below; }
+  double limit2() const { return speed_limit_ * speed_limit_; }
 
   /// Of a block: those that its spheres are first particles to, then those that they are second particles to.
   std::span<const std::uint32_t> later(std::size_t block) const {
@@ -111,10 +129,16 @@ class ActiveRegion {
 
   std::optional<ActiveRule> rule_;
   bool check_all_ = false, changed_ = true, plain_ = false, observed_ = false;
-  double calm_time_ = 0;    ///< s, T of (26c)
-  std::size_t count_ = 0;   ///< spheres in the lists
-  std::size_t moving_ = 0;  ///< boundaries that moved before the last step
+  double speed_limit_ = 0;    ///< m/s
+  double rest_time_ = 0;      ///< s, T of (26c)
+  double change_limit_ = 0;   ///< m/s2
+  double turning_limit_ = 0;  ///< m/s, of surfaces: what a fall by a radius gives
+  double gain_ = 0;           ///< of a check in the running mean of changes
+  double mean_radius_ = 0;    ///< m
+  std::size_t count_ = 0;     ///< spheres in the lists
+  std::size_t moving_ = 0;    ///< boundaries that moved before the last step
   std::vector<State> states_;
+  std::vector<Balance> balance_;
   std::vector<char> was_evaluated_;  ///< in the step before; kept for its storage
   std::vector<Outcome> outcomes_;
   std::vector<std::uint32_t> begin_, middle_, partners_;

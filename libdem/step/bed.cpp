@@ -238,8 +238,10 @@ void Bed::set_gravity(const Vec3& gravity) {
 }
 
 void Bed::set_active(const std::optional<ActiveRule>& rule) {
-  if (rule && !(rule->within >= 0 && rule->below > 0))
-    throw std::invalid_argument("active bed: `within` must be 0 or more, `below` positive");
+  if (rule && !(rule->within >= 0 && rule->below >= 0))
+    throw std::invalid_argument("active bed: `within` and `below` must be 0 or more");
+  if (rule && rule->below == 0 && impl_->options.gravity == Vec3{})
+    throw std::invalid_argument("active bed: without gravity `below` must be given");
   if (rule && impl_->clumps.any()) throw std::invalid_argument("active bed: clumps cannot be frozen");
   impl_->region.set_rule(rule);
   impl_->criterion.invalidate();  // what is known of blocks comes with new lists

@@ -56,6 +56,8 @@ void Bed::Impl::save_lists(std::vector<double>& to) const {
     to.insert(to.end(), {b.stored, b.pairs, b.overlap});
   }
   for (const SurfaceChunk& c : surfaces.chunks) put(to, c.lost);
+  to.push_back(balance.frozen_before);
+  region.save_lists(to, balance.of_block);
 }
 
 void Bed::Impl::restore_lists(std::span<const double> from) {
@@ -132,6 +134,8 @@ void Bed::Impl::restore_lists(std::span<const double> from) {
     b.stored = next(), b.pairs = next(), b.overlap = next();
   }
   for (SurfaceChunk& c : surfaces.chunks) c.lost = losses(next);
+  balance.frozen_before = next();
+  region.restore_lists(next, balance.of_block);
   if (next.at != from.size()) refuse();
 }
 

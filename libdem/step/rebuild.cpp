@@ -67,7 +67,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   particles.sync_from_mixed(threads);
   if (particles.drop_images()) criterion.invalidate();
   if (options.periodic.any()) wrap();
-  region.keep(particles.spheres(), balance.of_block);
+  region.keep(particles.spheres());
   // Spheres leave before the sort; histories still count them, so they are found by the numbering before.
   const std::size_t count_before = particles.size();
   clumps.choose_leaving(particles.spheres(), options.floor_drop, gone);
@@ -121,7 +121,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   fixed.begin_lists(contacts.particle_blocks);
   clumps.begin_lists(contacts.particle_blocks);
   paths.begin(contacts.particle_blocks.size());
-  region.begin_lists(contacts, particles, cutoff, threads);
+  region.sort(new_index, particles.size());
+  region.begin_lists(contacts, particles, statistics.mean, cutoff, threads);
   work.begin_lists(contacts, surfaces, region, particles.is_mixed(), threads);
   criterion.begin(skin, particles, boundaries, statistics, std::move(grid), threads);
   particles.number_slots();

@@ -37,7 +37,8 @@ void check_arrays(const Bed::State& in) {
   if (in.spheres.size() != 11 * count || in.pairs.size() != kPairRecord * (in.pair_ids.size() / 2) ||
       in.surfaces.size() != (3 + kPairRecord) * (in.surface_ids.size() / 2) ||
       in.bonds.size() != kBondRecord * (in.bond_ids.size() / 2) || in.broken.size() != 3 * in.broken_ids.size() ||
-      (!in.calm.empty() && in.calm.size() != count) || (!in.kinds.empty() && in.kinds.size() != count) ||
+      (!in.calm.empty() && in.calm.size() != count) || (in.frozen.size() > 1 && in.frozen.size() != 1 + 13 * count) ||
+      (!in.kinds.empty() && in.kinds.size() != count) ||
       (in.ids.size() | in.pair_ids.size() | in.surface_ids.size() | in.bond_ids.size() | in.broken_ids.size()) % 2 != 0)
     throw std::invalid_argument("restart: the arrays of the state do not belong together; the file is damaged");
 }
@@ -107,7 +108,7 @@ Bed::State Bed::save() const {
 
 Bed::State Bed::Impl::state() {
   particles.sync_from_mixed(threads);
-  region.keep(particles.spheres(), balance.of_block);
+  region.keep(particles.spheres());
   const Impl& d = *this;
   State out;
   const bool any_fixed = std::any_of(d.particles.spheres().begin(), d.particles.spheres().end(), is_fixed);
@@ -119,6 +120,7 @@ Bed::State Bed::Impl::state() {
     if (d.region.on()) out.calm.push_back(s.calm);
   }
   if (d.region.on()) out.frozen = {d.balance.frozen()};
+  if (d.region.on()) d.region.save(out.frozen, d.particles.size());
   out.fixed = d.fixed.save();
   d.clumps.save(out.clumps);
   for (const Boundary& b : d.boundaries)
@@ -228,6 +230,7 @@ void Bed::restore(const State& in) {
   d.clumps.restore(in.clumps, [&](std::uint32_t id) { return index.contains(id); });
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();
+  d.region.restore(in.frozen.empty() ? std::span<const double>() : std::span(in.frozen).subspan(1));
   d.take_contacts(in, [&](std::int64_t id) {
     const auto found = index.find(static_cast<std::uint32_t>(id));
     if (found == index.end())

@@ -410,11 +410,8 @@ class Sweep {
     }
   }
 
-  /// Spheres that were moving stay where they are at t_n, if their forces allow; the balance gets what they had then.
+  /// Spheres that were moving stay where they are at t_n; the balance gets what they had then.
   void freeze() {
-    const bool balanced = is_balanced();
-    bed_.region.found(own_, balanced);
-    if (!balanced) return integrate();
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
@@ -427,23 +424,23 @@ class Sweep {
   }
   /// Frozen ones stay: their forces are looked at now and then.
   void rest() {
-    if (bed_.region.checks(own_)) bed_.region.found(own_, is_balanced());
+    if (bed_.region.checks(own_)) bed_.region.found(own_, rests());
     drop_forces();
   }
   void drop_forces() {
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) at(i, []<class Sum>(Sum& sum) { sum = Sum{}; });
   }
-  bool is_balanced() {
-    double largest2 = 0;
+  bool rests() {
+    bool all = true;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
       const Sphere s = bed_.particles.now(i);
       at(i, [&](const auto& sum) {
         const Vec3 a = (1 / s.m) * vector_of(sum.f) + bed_.options.gravity,
                    turn = (s.r / inertia(s)) * vector_of(sum.t);
-        largest2 = std::max({largest2, dot(a, a), dot(turn, turn)});
+        all = bed_.region.rests(own_, i, a, turn) && all;
       });
     }
-    return bed_.region.is_balanced(std::sqrt(largest2), bed_.region.freezes(own_));
+    return all;
   }
   template <class Row>
   static Vec3 vector_of(const Row& x) {

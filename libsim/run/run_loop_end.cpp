@@ -29,6 +29,11 @@ std::string fixes_machine_step(const Scenario& s) {
   return fmt::format("{}", fmt::join(given, " and "));
 }
 
+/// A key that promises speed and gave none.
+bool stayed_awake(const Scenario& s, const dem::Bed& bed) {
+  return s.soil && s.soil->active && bed.frozen_count() == 0 && bed.energy().frozen == 0;
+}
+
 }  // namespace
 
 void RunLoop::warn_of_coarse_contacts() {
@@ -171,6 +176,11 @@ void RunLoop::last_warnings(int code) {
     summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
   if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
     summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
+  if (world_.bed && code == exit_ok && stayed_awake(s_, *world_.bed))
+    summary_->warn(
+        "soil.active: no sphere fell asleep and no time was saved: soil is within `within` of a moving surface, or "
+        "still "
+        "moves; let the bed settle longer, lower `within`, or leave the section out");
   if (world_.moving && world_.moving->window.pushed_out() > 0)
     summary_->warn(
         fmt::format("{} spheres went over the end of the window ahead of the tool and were removed; make the container "

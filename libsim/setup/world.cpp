@@ -412,7 +412,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
       if (options.place_soil) soil.clear_machine();
       soil.check_wheel_datum();
       if (s.soil && s.soil->active)
-        world.bed->set_active(dem::ActiveRule{s.soil->active->within, s.soil->active->below});
+        world.bed->set_active(dem::ActiveRule{s.soil->active->within, s.soil->active->below.value_or(0)});
       world.bed->let_bonds_form();  // a restart puts in place of it what the state says
     }
   } else {

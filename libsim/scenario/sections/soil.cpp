@@ -86,8 +86,8 @@ dem::PeriodicCell periodic_cell(const Container& c, double up) {
 void describe(Fields& v, Active& a) {
   v.quantity("within", a.within, "m", "[0, inf)", "nothing is frozen this near to the box around a moving surface");
   v.quantity("below", a.below, "m/s", "(0, inf)",
-             "what stays slower than this, with all that is around it, is frozen until something beside it moves "
-             "faster or its forces would make it");
+             "what stays slower than this, with all that is around it, falls asleep until something beside it moves "
+             "faster or its forces change; left out: 0.002 of the root of gravity times the mean diameter");
 }
 
 void describe(Fields& v, MovingWindow& m) {
@@ -124,6 +124,11 @@ namespace {
 
 struct SoilChecks : Checks {
   const Scenario& s;
+
+  void active(const Active& a) {
+    if (!a.below && s.gravity == Vec3{})
+      refuse("soil.active.below", "is missing: without gravity there is no speed to derive it from; give it");
+  }
 
   void container(const Container& c) {
     positive("soil.container.size", c.size);
@@ -226,6 +231,7 @@ struct SoilChecks : Checks {
 
   void soil() {
     if (s.soil->moving) moving(*s.soil->moving);
+    if (s.soil->active) active(*s.soil->active);
     if (s.soil->container) container(*s.soil->container), periodic(*s.soil->container);
     if (s.soil->container && s.soil->bed) floor(*s.soil->container, *s.soil->bed);
     if (s.soil->bed) check_bed(*this, s);

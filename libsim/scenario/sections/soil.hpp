@@ -37,8 +37,8 @@ dem::PeriodicCell periodic_cell(const Container& c, double up = 0);
 
 /// Spheres that rest far from every moving surface sleep until something comes near (docs/theory, section 8.1).
 struct Active {
-  double within = 0.2;  // m
-  double below = 1e-3;  // m/s
+  double within = 0.2;          // m
+  std::optional<double> below;  // m/s; by gravity and the mean diameter unless given
 };
 void describe(Fields& v, Active& a);
 
