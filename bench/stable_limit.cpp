@@ -72,14 +72,7 @@ bool stays_together(const bench::Case& c, const dem::Bed::State& rest, double st
   still.restore(rest);
   dem::Bed::State other = rest;
   dem::RandomNumbers random(51);
-  constexpr std::size_t numbers = 11, v = 3, w = 6;  // x v w r m of each sphere
-  for (std::size_t i = 0; i < other.spheres.size(); i += numbers) {
-    const dem::Vec3 dv = 1e-7 * random.in_unit_ball(), dw = 1e-5 * random.in_unit_ball();
-    for (int d = 0; d < 3; ++d) {
-      other.spheres[i + v + static_cast<std::size_t>(d)] += dv[d];
-      other.spheres[i + w + static_cast<std::size_t>(d)] += dw[d];
-    }
-  }
+  for (dem::Sphere& s : other.spheres) s.v += 1e-7 * random.in_unit_ball(), s.w += 1e-5 * random.in_unit_ball();
   disturbed.restore(other);
   try {
     still.step(step), disturbed.step(step);

@@ -33,7 +33,11 @@ struct ServoState {
   double force = 0;     ///< N, F at the last step
   double load = 0;      ///< N, F_load at the last step
   bool began = false;   ///< there is a last step
-  static constexpr int kNumbers = 7;
+  template <class A>
+  void archive(A& a) {
+    a("travel", travel)("velocity", velocity)("integral", integral)("error", error);
+    a("force", force)("load", load)("began", began);
+  }
 
   void advance(const Servo& servo, const dem::Vec3& force_of_spheres, double time, double dt);
 };

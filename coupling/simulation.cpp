@@ -196,7 +196,7 @@ void Simulation::agree() {
              s.angle + s.omega * window + a[2] * q};
   }
   bed_->save(checkpoint_);
-  const std::vector<double> machine = machine_->snapshot();
+  const mbd::Snapshot machine = machine_->snapshot();
   Eigen::VectorXd start(3 * static_cast<Eigen::Index>(coupled_.size()));
   for (std::size_t k = 0; k < coupled_.size(); ++k) {
     const auto& z = z_[static_cast<std::size_t>(coupled_[k])];
@@ -296,61 +296,41 @@ InterfaceWork Simulation::interface_work() const {
   return work;
 }
 
-std::vector<double> Simulation::save() const {
-  std::vector<double> out{static_cast<double>(in_window_), stepped_ ? 1.0 : 0.0};
-  for (const dem::Wrench& w : window_)
-    out.insert(out.end(), {w.force.x, w.force.y, w.force.z, w.moment.x, w.moment.y, w.moment.z});
-  for (const auto& a : acceleration_) out.insert(out.end(), a.begin(), a.end());
-  for (std::size_t i = 0; i < motions_.size(); ++i) {
-    if (!motions_[i].servo) continue;
-    const ServoState& s = servos_[i];
-    out.insert(out.end(), {s.travel, s.velocity, s.integral, s.error, s.force, s.load, s.began ? 1.0 : 0.0});
-  }
+ExchangeState Simulation::save() const {
+  ExchangeState out{
+      .in_window = in_window_, .stepped = stepped_, .window = window_, .acceleration = acceleration_, .servos = {}};
+  for (std::size_t i = 0; i < motions_.size(); ++i)
+    if (motions_[i].servo) out.servos.push_back(servos_[i]);
   if (!iterates()) return out;
-  for (std::size_t b = 0; b < starts_.size(); ++b) {
-    const mbd::BodyState& s = starts_[b];
-    out.insert(out.end(), {s.r.x, s.r.y, s.angle, s.v.x, s.v.y, s.omega, z_[b][0], z_[b][1], z_[b][2]});
-  }
-  out.insert(out.end(), {static_cast<double>(exchange_.windows), static_cast<double>(exchange_.evaluations),
-                         static_cast<double>(exchange_.open), exchange_.widest});
+  ExchangeState::Iterated& iterated = out.iterated.emplace();
+  for (const mbd::BodyState& s : starts_) iterated.starts.push_back({s.r.x, s.r.y, s.angle, s.v.x, s.v.y, s.omega});
+  iterated.ends = z_, iterated.count = exchange_;
   return out;
 }
 
-void Simulation::restore(const std::vector<double>& state) {
+void Simulation::restore(const ExchangeState& state) {
   const auto servos =
       std::count_if(motions_.begin(), motions_.end(), [](const auto& m) { return m.servo.has_value(); });
-  const std::size_t explicit_size = 2 + 9 * window_.size() + ServoState::kNumbers * static_cast<std::size_t>(servos),
-                    iterated_size = explicit_size + 9 * starts_.size() + 4;
-  // A state of the other exchange may be taken at a window's start, where neither has anything under way.
-  if (state.size() != explicit_size && state.size() != iterated_size)
+  if (state.window.size() != window_.size() || state.acceleration.size() != acceleration_.size() ||
+      state.servos.size() != static_cast<std::size_t>(servos) || state.in_window < 0 ||
+      (state.iterated && (state.iterated->starts.size() != starts_.size() || state.iterated->ends.size() != z_.size())))
     throw std::invalid_argument("restart: the state has another machine, or other servos");
-  if ((state.size() == iterated_size) != iterates() && state[0] != 0)
+  // A state of the other exchange may be taken at a window's start, where neither has anything under way.
+  if (state.iterated.has_value() != iterates() && state.in_window != 0)
     throw std::invalid_argument(
         "restart: the state lies inside a window of the other `time.coupling`; take a state of a window's start, or "
         "the coupling it was written with");
-  const double* at = state.data();
-  in_window_ = static_cast<int>(*at++);
-  stepped_ = *at++ != 0;
-  for (dem::Wrench& w : window_) {
-    w = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
-    at += 6;
-  }
-  for (auto& a : acceleration_)
-    for (double& x : a) x = *at++;
-  for (std::size_t i = 0; i < motions_.size(); ++i) {
-    if (!motions_[i].servo) continue;
-    ServoState& s = servos_[i];
-    for (double* x : {&s.travel, &s.velocity, &s.integral, &s.error, &s.force, &s.load}) *x = *at++;
-    s.began = *at++ != 0;
-  }
-  if (iterates() && state.size() == iterated_size) {
+  in_window_ = state.in_window, stepped_ = state.stepped;
+  window_ = state.window, acceleration_ = state.acceleration;
+  auto servo = state.servos.begin();
+  for (std::size_t i = 0; i < motions_.size(); ++i)
+    if (motions_[i].servo) servos_[i] = *servo++;
+  if (iterates() && state.iterated) {
     for (std::size_t b = 0; b < starts_.size(); ++b) {
-      starts_[b] = {{at[0], at[1]}, at[2], {at[3], at[4]}, at[5]};
-      z_[b] = {at[6], at[7], at[8]};
-      at += 9;
+      const std::array<double, 6>& s = state.iterated->starts[b];
+      starts_[b] = {{s[0], s[1]}, s[2], {s[3], s[4]}, s[5]};
     }
-    exchange_.windows = static_cast<long>(*at++), exchange_.evaluations = static_cast<long>(*at++);
-    exchange_.open = static_cast<long>(*at++), exchange_.widest = *at++;
+    z_ = state.iterated->ends, exchange_ = state.iterated->count;
   }
   advanced_ = false;
   time_ = bed_ != nullptr ? bed_->time() : machine_->time();

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -48,6 +49,36 @@ struct ExchangeCount {
   long windows = 0, evaluations = 0;
   long open = 0;      ///< windows that did not come within the tolerance
   double widest = 0;  ///< m, of these
+  template <class A>
+  void archive(A& a) {
+    a("windows", windows)("evaluations", evaluations)("open", open)("widest", widest);
+  }
+};
+
+/// What a restart needs beside the states of bed and machine, as a value. Files name its fields by `archive`.
+struct ExchangeState {
+  int in_window = 0;     ///< soil steps since the window's start
+  bool stepped = false;  ///< the bed's boundaries stand where the step before had them
+  std::vector<dem::Wrench> window;
+  std::vector<std::array<double, 3>> acceleration;
+  std::vector<ServoState> servos;  ///< of the motions that have one
+  /// Of the iterated exchange.
+  struct Iterated {
+    std::vector<std::array<double, 6>> starts;  ///< x, y, angle and their rates
+    std::vector<std::array<double, 3>> ends;    ///< x, y, angle
+    ExchangeCount count;
+    template <class A>
+    void archive(A& a) {
+      a("starts", starts)("ends", ends)("count", count);
+    }
+  };
+  std::optional<Iterated> iterated{};
+
+  template <class A>
+  void archive(A& a) {
+    a("in window", in_window)("stepped", stepped)("window", window)("acceleration", acceleration);
+    a("servos", servos)("iterated", iterated);
+  }
 };
 
 /// One step in the source's order (Yuan & Yu 2020, section 3), explicit and staggered:
@@ -98,9 +129,12 @@ class Simulation {
   /// acceleration of the window's start inside.
   mbd::BodyState body(int body) const;
 
-  /// State beside those of bed and machine, for a restart.
-  std::vector<double> save() const;
-  void restore(const std::vector<double>& state);
+  bool has_stepped() const { return stepped_; }
+
+  ExchangeState save() const;
+  /// Throws std::invalid_argument for the state of other bodies or servos, and for one inside a window of the other
+  /// exchange.
+  void restore(const ExchangeState& state);
 
  private:
   void place(dem::Boundary& boundary, const dem::Pose& pose, const dem::Vec3& velocity,

@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/base/fault.hpp"
 #include "libdem/contacts/bond_record.hpp"
 #include "libdem/contacts/contact_record.hpp"
+#include "libdem/contacts/histories.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/laws/law_table.hpp"
 #include "libdem/particles/clump.hpp"
@@ -183,26 +185,13 @@ class Bed {
   /// Tells the bed that a boundary's shape, material or `active` was changed; poses need no telling.
   void surfaces_changed();
 
-  /// Full state for a restart: plain arrays by name. `restore` expects the same boundaries and laws.
+  /// Full state for a restart. `restore` expects the same boundaries and laws.
   struct State {
-    std::vector<double> spheres;            ///< x v w r m, 11 numbers each; m of its matter
-    std::vector<std::int64_t> ids;          ///< id and material, 2 each
-    std::vector<std::int64_t> pair_ids;     ///< 2 each
-    std::vector<double> pairs;              ///< PairState, kPairRecord each
-    std::vector<std::int64_t> bond_ids;     ///< 2 each
-    std::vector<double> bonds;              ///< BondMemory, kBondRecord each
-    std::vector<std::int64_t> broken_ids;   ///< 2 each
-    std::vector<double> broken;             ///< time, position, energy, 1 for tension, 6 each
-    std::vector<double> bonding;            ///< of all bonds; empty when no law has any
-    std::vector<std::int64_t> surface_ids;  ///< sphere id and boundary, 2 each
-    std::vector<double> surfaces;           ///< normal and PairState, 3 + kPairRecord each
-    std::vector<double> scalars;
-    std::vector<std::int64_t> kinds;  ///< SphereKind of each sphere; empty where all are free
-    std::vector<std::int64_t> calm;   ///< of each sphere for the active region; empty without
-    std::vector<double> frozen;       ///< `BedEnergy::frozen`, forces of each sphere at rest; empty without
-    std::vector<double> clumps;       ///< 17 numbers each, behind the next one's; empty without
-    std::vector<double> fixed;        ///< work of fixed spheres, and what acted on each; empty without
-    std::vector<double> loads;        ///< FaceLoad of every triangle of boundaries that keep them; empty without
+    std::vector<Sphere> spheres;     ///< of fixed ones the mass is their own
+    std::vector<PairHistory> pairs;  ///< by the spheres' ids, as those that follow
+    std::vector<BondHistory> bonds;
+    std::vector<SurfaceHistory> surfaces;
+    Archive parts;  ///< time, sums, boundaries, clumps, bonds that broke, what the neighbour lists had come to
   };
   State save() const;
   void restore(const State& state);

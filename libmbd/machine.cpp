@@ -232,20 +232,18 @@ void Machine::columns(const Instant& at, std::span<double> out) const {
   }
 }
 
-std::vector<double> Machine::snapshot() const {
-  std::vector<double> out{energy_at_start_, most_energy_, lowest_potential_, highest_potential_};
-  integrator_->save(out);
+Snapshot Machine::snapshot() const {
+  Snapshot out = integrator_->save();
+  out.energy_at_start = energy_at_start_, out.most_energy = most_energy_;
+  out.lowest_potential = lowest_potential_, out.highest_potential = highest_potential_;
   return out;
 }
 
-void Machine::restore(std::span<const double> snapshot) {
+void Machine::restore(const Snapshot& from) {
   if (report_.equations != system_.equations()) start_from_pose();  // fills what the start pose decides
-  const double *from = snapshot.data(), *end = from + snapshot.size();
-  if (end - from < 4) throw std::runtime_error("machine restart data end too early; they belong to another machine");
-  for (double* value : {&energy_at_start_, &most_energy_, &lowest_potential_, &highest_potential_}) *value = *from++;
-  integrator_->restore(from, end);
-  if (from != end)
-    throw std::runtime_error("machine restart data are longer than this machine; they belong to another machine");
+  integrator_->restore(from);
+  energy_at_start_ = from.energy_at_start, most_energy_ = from.most_energy;
+  lowest_potential_ = from.lowest_potential, highest_potential_ = from.highest_potential;
 }
 
 }  // namespace subsoil::mbd

@@ -119,10 +119,10 @@ class Machine {
   void columns(std::span<double> out) const { columns(now(), out); }
   void columns(const Instant& at, std::span<double> out) const;
 
-  /// Full state as plain numbers (pose, velocity, time, past of the integrator, ruts, energies), for restart files.
-  std::vector<double> snapshot() const;
-  /// Takes a snapshot of a machine built from the same model and options.
-  void restore(std::span<const double> snapshot);
+  /// The machine at the end of the last step, as a value.
+  Snapshot snapshot() const;
+  /// Takes a snapshot of a machine built from the same model and options. Throws std::invalid_argument for another's.
+  void restore(const Snapshot& from);
 
   /// At the end of the last step.
   const System& system() const { return std::as_const(*integrator_).system(); }

@@ -12,7 +12,6 @@
 #include "apps/mpi/parts.hpp"
 #include "apps/mpi/rank.hpp"
 #include "libdem/particles/fixed.hpp"
-#include "libdem/step/state_numbers.hpp"
 #include "libsim/io/frame_parts.hpp"
 #include "libsim/run/frames.hpp"
 #include "libsim/setup/laws.hpp"
@@ -77,37 +76,34 @@ void sum_wrenches(std::vector<dem::Boundary>& boundaries, MPI_Comm all) {
       for (auto& mesh : b.meshes) use(mesh.force), use(mesh.moment);
     }
   };
-  each(boundaries, [&](const dem::Vec3& v) { dem::put(mine, v); });
+  each(boundaries, [&](const dem::Vec3& v) { mine.insert(mine.end(), {v.x, v.y, v.z}); });
   for (const dem::Boundary& b : boundaries) mine.push_back(b.contacts);
   std::vector<double> sums(mine.size());
   MPI_Reduce(mine.data(), sums.data(), static_cast<int>(mine.size()), MPI_DOUBLE, MPI_SUM, 0, all);
-  dem::StateReader read{sums};
+  const double* next = sums.data();
   int rank = 0;
   MPI_Comm_rank(all, &rank);
   if (rank != 0) return;
-  each(boundaries, [&](dem::Vec3& v) { v = read.vector(); });
-  for (dem::Boundary& b : boundaries) b.contacts = static_cast<int>(read());
+  each(boundaries, [&](dem::Vec3& v) {
+    for (int d = 0; d < 3; ++d) v[d] = *next++;
+  });
+  for (dem::Boundary& b : boundaries) b.contacts = static_cast<int>(*next++);
 }
 
-/// Of rank 0's state in parts, so that no process has to hold all of it: take(numbers, ids) on every rank.
-template <class Take>
-void share_out(const std::vector<double>& numbers, const std::vector<std::int64_t>& ids, std::size_t each, MPI_Comm all,
-               const Take& take) {
+/// Of rank 0's state in parts, so that no process has to hold all of it: take(records) on every rank.
+template <class Record, class Take>
+void share_out(const std::vector<Record>& records, MPI_Comm all, const Take& take) {
   constexpr std::size_t part = std::size_t{1} << 18;
-  std::size_t count = ids.size() / 2;
+  std::size_t count = records.size();
   MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, all);
   for (std::size_t begin = 0; begin < count; begin += part) {
     const std::size_t end = std::min(begin + part, count);
-    std::vector<double> some;
-    std::vector<std::int64_t> some_ids;
-    if (!ids.empty()) {
-      some.assign(numbers.begin() + static_cast<std::ptrdiff_t>(each * begin),
-                  numbers.begin() + static_cast<std::ptrdiff_t>(each * end));
-      some_ids.assign(ids.begin() + static_cast<std::ptrdiff_t>(2 * begin),
-                      ids.begin() + static_cast<std::ptrdiff_t>(2 * end));
-    }
-    broadcast(some, all), broadcast(some_ids, all);
-    take(some, some_ids);
+    std::vector<Record> some;
+    if (!records.empty())
+      some.assign(records.begin() + static_cast<std::ptrdiff_t>(begin),
+                  records.begin() + static_cast<std::ptrdiff_t>(end));
+    broadcast(some, all);
+    take(some);
   }
 }
 
@@ -117,20 +113,18 @@ std::unique_ptr<Rank> begin_rank(MPI_Comm all, Beginning beginning, dem::LawTabl
   MPI_Bcast(&beginning, sizeof beginning, MPI_BYTE, 0, all);
   broadcast_motions(boundaries, all);
   auto rank = std::make_unique<Rank>(all, beginning, std::move(laws), std::move(boundaries));
-  share_out(state.spheres, state.ids, 11, all, [&](const auto& n, const auto& ids) { rank->take_spheres(n, ids); });
-  share_out(state.pairs, state.pair_ids, dem::kPairRecord, all,
-            [&](const auto& n, const auto& ids) { rank->take_pairs(n, ids); });
-  share_out(state.surfaces, state.surface_ids, 3 + dem::kPairRecord, all,
-            [&](const auto& n, const auto& ids) { rank->take_surfaces(n, ids); });
+  share_out(state.spheres, all, [&](const auto& some) { rank->take_spheres(some); });
+  share_out(state.pairs, all, [&](const auto& some) { rank->take_pairs(some); });
+  share_out(state.surfaces, all, [&](const auto& some) { rank->take_surfaces(some); });
   rank->begin();
   return rank;
 }
 
 dem::Bed::State gather_state(Rank& rank, bool contacts, MPI_Comm all) {
   dem::Bed::State s = rank.state(contacts);
-  s.spheres = gather(std::move(s.spheres), all), s.ids = gather(std::move(s.ids), all);
-  s.pairs = gather(std::move(s.pairs), all), s.pair_ids = gather(std::move(s.pair_ids), all);
-  s.surfaces = gather(std::move(s.surfaces), all), s.surface_ids = gather(std::move(s.surface_ids), all);
+  s.spheres = gather(std::move(s.spheres), all);
+  s.pairs = gather(std::move(s.pairs), all);
+  s.surfaces = gather(std::move(s.surfaces), all);
   return s;
 }
 
@@ -202,14 +196,13 @@ class MpiEngine final : public dem::BedEngine, public sim::FrameParts {
   void begin(const dem::Bed::State& state, const dem::BedOptions& options,
              std::span<const dem::Boundary> boundaries) override {
     Beginning b;
-    b.gravity = options.gravity, b.floor_drop = options.floor_drop, b.spheres = state.ids.size() / 2;
+    b.gravity = options.gravity, b.floor_drop = options.floor_drop, b.spheres = state.spheres.size();
     dem::Bounds box;
     double radii = 0;
     b.smallest = HUGE_VAL;
-    for (std::size_t k = 0; k < b.spheres; ++k) {
-      const double* s = state.spheres.data() + 11 * k;
-      box.include(dem::Vec3{s[0], s[1], s[2]});
-      b.smallest = std::min(b.smallest, s[9]), b.largest = std::max(b.largest, s[9]), radii += s[9];
+    for (const dem::Sphere& s : state.spheres) {
+      box.include(s.x);
+      b.smallest = std::min(b.smallest, s.r), b.largest = std::max(b.largest, s.r), radii += s.r;
     }
     b.low = box.low, b.high = box.high;
     b.skin = options.skin > 0 ? options.skin : 0.4 * radii / static_cast<double>(b.spheres);

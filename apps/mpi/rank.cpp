@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "libdem/particles/statistics.hpp"
-#include "libdem/step/state_numbers.hpp"
 
 namespace subsoil::mpi {
 namespace {
@@ -66,21 +65,20 @@ double Rank::reach() const { return 2 * beginning_.largest * distance_factor(); 
 
 double Rank::distance_factor() const { return 1 + subdomain_.laws().largest_cutoff() / (2 * beginning_.smallest); }
 
-void Rank::take_spheres(const std::vector<double>& spheres, const std::vector<std::int64_t>& ids) {
+void Rank::take_spheres(std::span<const dem::Sphere> spheres) {
   LAMMPS_NS::Atom& atom = *lmp_->atom;
   const LAMMPS_NS::Domain& box = *lmp_->domain;
-  for (std::size_t k = 0; k < ids.size() / 2; ++k) {
-    const double* s = spheres.data() + 11 * k;
+  for (const dem::Sphere& s : spheres) {
     bool here = true;
-    for (int d = 0; d < 3; ++d) here = here && s[d] >= box.sublo[d] && s[d] < box.subhi[d];
+    for (int d = 0; d < 3; ++d) here = here && s.x[d] >= box.sublo[d] && s.x[d] < box.subhi[d];
     if (!here) continue;
-    double x[3]{s[0], s[1], s[2]};
-    atom.avec->create_atom(static_cast<int>(ids[2 * k + 1]) + 1, x);
+    double x[3]{s.x.x, s.x.y, s.x.z};
+    atom.avec->create_atom(s.material + 1, x);
     const int i = atom.nlocal - 1;
-    for (int d = 0; d < 3; ++d) atom.v[i][d] = s[3 + d], atom.omega[i][d] = s[6 + d];
-    atom.tag[i] = static_cast<int>(ids[2 * k]) + 1;
-    atom.radius[i] = s[9], atom.rmass[i] = s[10], atom.density[i] = s[10] / dem::sphere_volume(s[9]);
-    place_.push_back(ids[2 * k] << 32 | i);
+    for (int d = 0; d < 3; ++d) atom.v[i][d] = s.v[d], atom.omega[i][d] = s.w[d];
+    atom.tag[i] = static_cast<int>(s.id) + 1;
+    atom.radius[i] = s.r, atom.rmass[i] = s.m, atom.density[i] = dem::density(s);
+    place_.push_back(std::int64_t{s.id} << 32 | i);
   }
   std::sort(place_.begin(), place_.end());
 }
@@ -91,26 +89,20 @@ int Rank::taken(std::int64_t id) const {
   return found != place_.end() && *found >> 32 == id ? static_cast<int>(*found & 0xffffffff) : -1;
 }
 
-void Rank::take_pairs(const std::vector<double>& pairs, const std::vector<std::int64_t>& ids) {
-  for (std::size_t k = 0; k < ids.size() / 2; ++k) {
-    const std::int64_t a = ids[2 * k], b = ids[2 * k + 1];
-    const int i = taken(a), j = taken(b);
+void Rank::take_pairs(std::span<const dem::PairHistory> pairs) {
+  for (const dem::PairHistory& p : pairs) {
+    const int i = taken(p.i), j = taken(p.j);
     if (i < 0 && j < 0) continue;
-    dem::PairState state = dem::pair_state_of(pairs.data() + dem::kPairRecord * k);
-    if (a > b) state = state.turned_over();  // as seen from the lower id
-    if (i >= 0) fix_->remembered[at(i)].pairs.push_back({static_cast<std::uint32_t>(b), state});
-    if (j >= 0) fix_->remembered[at(j)].pairs.push_back({static_cast<std::uint32_t>(a), state});
+    const dem::PairState state = p.i > p.j ? p.state.turned_over() : p.state;  // as seen from the lower id
+    if (i >= 0) fix_->remembered[at(i)].pairs.push_back({p.j, state});
+    if (j >= 0) fix_->remembered[at(j)].pairs.push_back({p.i, state});
   }
 }
 
-void Rank::take_surfaces(const std::vector<double>& surfaces, const std::vector<std::int64_t>& ids) {
-  for (std::size_t k = 0; k < ids.size() / 2; ++k) {
-    const int i = taken(ids[2 * k]);
-    if (i < 0) continue;
-    const double* s = surfaces.data() + (3 + dem::kPairRecord) * k;
-    fix_->remembered[at(i)].surfaces.push_back(
-        {static_cast<std::uint32_t>(ids[2 * k + 1]), {s[0], s[1], s[2]}, dem::pair_state_of(s + 3)});
-  }
+void Rank::take_surfaces(std::span<const dem::SurfaceHistory> surfaces) {
+  for (const dem::SurfaceHistory& s : surfaces)
+    if (const int i = taken(s.sphere); i >= 0)
+      fix_->remembered[at(i)].surfaces.push_back({s.boundary, s.normal, s.state});
 }
 
 void Rank::begin() {
@@ -276,22 +268,13 @@ dem::Bed::State Rank::state(bool contacts) {
   dem::Bed::State out;
   const auto count = static_cast<std::uint32_t>(subdomain_.size());
   const dem::Sphere* const s = subdomain_.spheres();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    dem::put(out.spheres, s[i].x), dem::put(out.spheres, s[i].v), dem::put(out.spheres, s[i].w);
-    out.spheres.insert(out.spheres.end(), {s[i].r, s[i].m});
-    out.ids.insert(out.ids.end(), {s[i].id, s[i].material});
-  }
+  out.spheres.assign(s, s + count);
   if (!contacts) return out;
   subdomain_.each_pair([&](std::uint32_t i, std::uint32_t j, const dem::PairState& state) {
-    if (i >= count) return;
-    out.pair_ids.insert(out.pair_ids.end(), {s[i].id, s[j].id});
-    append(out.pairs, state);
+    if (i < count) out.pairs.push_back({s[i].id, s[j].id, state});
   });
-  for (const dem::SurfaceHistory& h : subdomain_.at_surfaces()) {
-    out.surface_ids.insert(out.surface_ids.end(), {s[h.sphere].id, h.boundary});
-    dem::put(out.surfaces, h.normal);
-    append(out.surfaces, h.state);
-  }
+  for (const dem::SurfaceHistory& h : subdomain_.at_surfaces())
+    out.surfaces.push_back({s[h.sphere].id, h.boundary, h.normal, h.state});
   return out;
 }
 

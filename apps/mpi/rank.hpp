@@ -32,9 +32,9 @@ class Rank final : Tasks {
   Rank& operator=(const Rank&) = delete;
 
   /// Own: of some spheres, and of some contacts, those that are this process's. Spheres first.
-  void take_spheres(const std::vector<double>& spheres, const std::vector<std::int64_t>& ids);
-  void take_pairs(const std::vector<double>& pairs, const std::vector<std::int64_t>& ids);
-  void take_surfaces(const std::vector<double>& surfaces, const std::vector<std::int64_t>& ids);
+  void take_spheres(std::span<const dem::Sphere> spheres);
+  void take_pairs(std::span<const dem::PairHistory> pairs);
+  void take_surfaces(std::span<const dem::SurfaceHistory> surfaces);
   void begin();  ///< with all that it took
 
   std::vector<dem::Boundary>& boundaries() { return subdomain_.boundaries(); }  ///< own; poses are the user's

@@ -7,6 +7,7 @@
 #include "libdem/base/buffer.hpp"
 #include "libdem/contacts/blocks.hpp"
 #include "libdem/contacts/contact_laws.hpp"
+#include "libdem/contacts/histories.hpp"
 #include "libdem/contacts/particle_block.hpp"
 #include "libdem/neighbours/neighbour_list.hpp"
 #include "libdem/particles/particle_store.hpp"
@@ -16,15 +17,6 @@
 /// layout that the kernels read.
 namespace subsoil::dem {
 
-/// Contact history outside the blocks: between two lists, and in a restart.
-struct PairHistory {
-  std::uint32_t i, j;
-  PairState state;
-};
-struct BondHistory {
-  std::uint32_t i, j;
-  BondMemory<double> state;
-};
 /// What is kept of pairs. Bonds stand apart: few laws have any, and they are longer than all else.
 struct PairHistories {
   std::vector<PairHistory> pairs;

@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "libdem/contacts/blocks.hpp"
 
+namespace subsoil {
+class Archive;
+}
 namespace subsoil::dem {
 
 /// 256 consecutive spheres (kParticleBlock) with the contacts of which they are the first particle: the unit of a
@@ -40,8 +42,7 @@ class PathBounds {
   /// After a step; returns the longest path of any sphere in it.
   double add_step(const std::vector<ParticleBlock>& blocks);
   double longest() const;
-  void save(std::vector<double>& out) const;
-  void restore(const std::function<double()>& next);
+  void archive(Archive& a);  ///< since the same lists were built
 
  private:
   struct Bound {

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/contacts/particle_block.hpp"
 
 namespace subsoil::dem {
@@ -17,12 +18,11 @@ double PathBounds::add_step(const std::vector<ParticleBlock>& blocks) {
   return farthest;
 }
 
-void PathBounds::save(std::vector<double>& out) const {
-  for (const Bound& b : of_block_) out.push_back(b.path);
-}
-
-void PathBounds::restore(const std::function<double()>& next) {
-  for (Bound& b : of_block_) b = {.step = 0, .path = next()};
+void PathBounds::archive(Archive& a) {
+  for (Bound& b : of_block_) {
+    a("path", b.path);
+    if (a.reads()) b.step = 0;
+  }
 }
 
 double PathBounds::longest() const {

@@ -6,6 +6,7 @@
 #include "libdem/contacts/blocks.hpp"
 #include "libdem/contacts/contact_laws.hpp"
 #include "libdem/contacts/contact_record.hpp"
+#include "libdem/contacts/histories.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/particles/particle_store.hpp"
 
@@ -47,12 +48,6 @@ struct PlaneRun {
   std::size_t lines;
   Wrench wrench;
   double in_reach = 0, stored = 0;
-};
-
-struct SurfaceHistory {
-  std::uint32_t sphere, boundary;
-  Vec3 normal;  ///< shape axes
-  PairState state;
 };
 
 /// Contacts of spheres with boundaries. A sphere that can touch nothing but one flat face of a boundary while the lists

@@ -15,6 +15,10 @@ struct Wrench {
 
   Wrench& operator+=(const Wrench& b) { return force += b.force, moment += b.moment, *this; }
   friend Wrench operator*(Wrench a, double s) { return a.force *= s, a.moment *= s, a; }
+  template <class A>
+  void archive(A& a) {
+    a("force", force)("moment", moment);
+  }
 };
 
 /// The same wrench about another point: M_to = M_from + (from - to) x F.

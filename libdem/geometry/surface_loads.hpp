@@ -19,7 +19,10 @@ namespace subsoil::dem {
 /// t_n: of first order in the step.
 struct FaceLoad {
   double impulse = 0, normal_work = 0, shear_work = 0, rubbing = 0, cutting = 0;
-  static constexpr int kNumbers = 5;
+  template <class A>
+  void archive(A& a) {
+    a("impulse", impulse)("normal work", normal_work)("shear work", shear_work)("rubbing", rubbing)("cutting", cutting);
+  }
   FaceLoad& operator+=(const FaceLoad& b);
 };
 

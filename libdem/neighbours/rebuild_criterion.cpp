@@ -72,32 +72,22 @@ void RebuildCriterion::copy(const RebuildCriterion& from, bool same_lists) {
   measured_ = from.measured_;
   if (!measured_.known) return;
   const std::span<const double> against = from.measured_.found.against;  // lies in the other's memory
-  std::size_t k = 0;
-  measured_.found = displacement_.found_again(measured_.found.parted, measured_.found.gone, against.size(),
-                                              [&] { return against[k++]; });
+  measured_.found = displacement_.room_for_found(measured_.found.parted, measured_.found.gone, against.size());
+  displacement_.set_found(against);
 }
 
-void RebuildCriterion::save(std::vector<double>& out) const {
-  out.insert(out.end(), {path_, measured_.known ? 1.0 : 0.0});
+void RebuildCriterion::archive(Archive& a) {
+  a("path", path_)("measured", measured_.known);
   if (!measured_.known) return;
-  out.insert(out.end(), {measured_.found.parted, measured_.found.gone, measured_.path});
-  out.insert(out.end(), measured_.found.against.begin(), measured_.found.against.end());
-  for (const Vec3& place : measured_.place) out.insert(out.end(), {place.x, place.y, place.z});
-}
-
-void RebuildCriterion::restore(const std::function<double()>& next) {
-  path_ = next();
-  measured_.known = next() != 0;
-  if (!measured_.known) return;
-  const double parted = next(), gone = next();
-  measured_.path = next();
   const std::size_t boundaries = listed_pose_.size();
-  measured_.found = displacement_.found_again(parted, gone, boundaries, next);
-  measured_.place.clear();
-  for (std::size_t b = 0; b < boundaries; ++b) {
-    const double x = next(), y = next(), z = next();
-    measured_.place.push_back({x, y, z});
-  }
+  double parted = measured_.found.parted, gone = measured_.found.gone;
+  a("parted", parted)("gone", gone)("path then", measured_.path);
+  if (a.reads())
+    measured_.found = displacement_.room_for_found(parted, gone, boundaries), measured_.place.resize(boundaries);
+  std::vector<double> against(measured_.found.against.begin(), measured_.found.against.end());
+  a("against", std::span(against))("places", measured_.place);
+  if (measured_.place.size() != boundaries) Archive::refuse("places");
+  if (a.reads()) displacement_.set_found(against);
 }
 
 bool RebuildCriterion::hold_within(double limit, std::span<const Boundary> boundaries, double longest_path) const {

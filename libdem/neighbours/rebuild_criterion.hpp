@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/neighbours/grid.hpp"
 #include "libdem/neighbours/relative_displacement.hpp"
@@ -43,8 +44,7 @@ class RebuildCriterion {
   Vec3 listed_place(std::size_t sphere) const { return displacement_.was(sphere); }
   const std::vector<Pose>& listed_poses() const { return listed_pose_; }
   const std::vector<char>& listed_active() const { return listed_active_; }
-  void save(std::vector<double>& out) const;
-  void restore(const std::function<double()>& next);
+  void archive(Archive& a);
   /// @param same_lists both judge the same lists
   void copy(const RebuildCriterion& from, bool same_lists);
   /// May measure relative displacements. @param longest_path bound on the path of any sphere since the lists were

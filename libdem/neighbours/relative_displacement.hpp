@@ -47,12 +47,12 @@ class RelativeDisplacement {
   /// Centres when the lists were built.
   Vec3 was(std::size_t i) const { return {was_[i][0], was_[i][1], was_[i][2]}; }
   std::size_t size() const { return was_.size(); }
-  /// What was measured before a restart. @param next reads one number
-  template <class Next>
-  Found found_again(double parted, double gone, std::size_t boundaries, const Next& next) {
-    const std::span<double> against = of_layer(layers_.size(), boundaries);
-    for (double& x : against) x = next();
-    return {.parted = parted, .gone = gone, .against = against};
+  /// What was measured before a restart: `against` as set_found() has it then.
+  Found room_for_found(double parted, double gone, std::size_t boundaries) {
+    return {.parted = parted, .gone = gone, .against = of_layer(layers_.size(), boundaries)};
+  }
+  void set_found(std::span<const double> against) {
+    std::copy(against.begin(), against.end(), of_layer(layers_.size(), against.size()).begin());
   }
 
   /// What `begin` has set; what was measured since is found again.

@@ -13,23 +13,7 @@
 namespace subsoil::dem {
 namespace {
 
-constexpr std::size_t kSphere = 11;  // numbers of Bed::State::spheres: x v w r m
-
-Vec3 centre_of(const Bed::State& s, std::size_t i) {
-  const double* p = s.spheres.data() + kSphere * i;
-  return {p[0], p[1], p[2]};
-}
-double radius_of(const Bed::State& s, std::size_t i) { return s.spheres[kSphere * i + 9]; }
-double mass_of(const Bed::State& s, std::size_t i) { return s.spheres[kSphere * i + 10]; }
-
 void refuse_block(const char* why) { throw std::invalid_argument(std::string("moving bed: ") + why); }
-
-/// Numbers of one entry, after those that are there.
-template <class T>
-void append_entry(std::vector<T>& to, const std::vector<T>& from, std::size_t size, std::size_t entry) {
-  const auto first = from.begin() + static_cast<std::ptrdiff_t>(size * entry);
-  to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(size));
-}
 
 }  // namespace
 
@@ -42,50 +26,37 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
   bed.freeze();
   const std::vector<ContactRecord> contacts = bed.contacts();
   const Bed::State all = bed.save();
-  const std::size_t count = all.ids.size() / 2;
-  if (count == 0) refuse_block("its block holds no sphere");
-  std::vector<std::size_t> order(count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return all.ids[2 * a] < all.ids[2 * b]; });
-  std::unordered_map<std::int64_t, std::int64_t> number;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = order[k];
-    number[all.ids[2 * i]] = static_cast<std::int64_t>(k);
-    const Vec3 x = cell.wrapped(centre_of(all, i));
-    out.state.spheres.insert(out.state.spheres.end(),
-                             {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, radius_of(all, i), mass_of(all, i)});
-    out.state.ids.insert(out.state.ids.end(), {static_cast<std::int64_t>(k), all.ids[2 * i + 1]});
-    if (!all.kinds.empty() && all.kinds[i] == static_cast<std::int64_t>(SphereKind::fixed))
-      refuse_block("its block must be without fixed spheres");
+  if (all.spheres.empty()) refuse_block("its block holds no sphere");
+  std::vector<const Sphere*> by_id;
+  for (const Sphere& s : all.spheres) by_id.push_back(&s);
+  std::sort(by_id.begin(), by_id.end(), [](const Sphere* a, const Sphere* b) { return a->id < b->id; });
+  std::vector<Sphere>& spheres = out.state.spheres;
+  for (const Sphere* s : by_id) spheres.push_back(*s);
+  std::unordered_map<std::uint32_t, std::uint32_t> number;
+  for (Sphere& s : spheres) {
+    if (is_fixed(s)) refuse_block("its block must be without fixed spheres");
+    const auto k = static_cast<std::uint32_t>(number.size());
+    number[s.id] = k;
+    s.x = cell.wrapped(s.x), s.v = s.w = {}, s.id = k, s.calm = 0;
   }
   /// Periods from that of the first to that of the second.
   const auto across = [&](std::int64_t i, std::int64_t j) {
-    const double apart =
-        centre_of(out.state, static_cast<std::size_t>(j)).x - centre_of(out.state, static_cast<std::size_t>(i)).x;
+    const double apart = spheres[static_cast<std::size_t>(j)].x.x - spheres[static_cast<std::size_t>(i)].x.x;
     return std::int64_t{-std::lround(apart / out.length)};
   };
-  const std::size_t pairs = all.pair_ids.size() / 2, at_surfaces = all.surface_ids.size() / 2;
-  for (std::size_t k = 0; k < pairs; ++k) {
-    const std::int64_t i = number.at(all.pair_ids[2 * k]), j = number.at(all.pair_ids[2 * k + 1]);
-    out.state.pair_ids.insert(out.state.pair_ids.end(), {i, j});
-    out.across.push_back(across(i, j));
-    append_entry(out.state.pairs, all.pairs, all.pairs.size() / pairs, k);
+  for (const PairHistory& p : all.pairs) {
+    out.state.pairs.push_back({number.at(p.i), number.at(p.j), p.state});
+    out.across.push_back(across(out.state.pairs.back().i, out.state.pairs.back().j));
   }
-  for (std::size_t k = 0; k < at_surfaces; ++k) {
-    const auto boundary = static_cast<std::size_t>(all.surface_ids[2 * k + 1]);
-    out.state.surface_ids.insert(out.state.surface_ids.end(),
-                                 {number.at(all.surface_ids[2 * k]), std::int64_t{boundary_of[boundary]}});
-    append_entry(out.state.surfaces, all.surfaces, all.surfaces.size() / at_surfaces, k);
-  }
+  for (const SurfaceHistory& c : all.surfaces)
+    out.state.surfaces.push_back(
+        {number.at(c.sphere), static_cast<std::uint32_t>(boundary_of[c.boundary]), c.normal, c.state});
   for (const ContactRecord& c : contacts) {
-    const std::int64_t i = number.at(c.i), j = c.at_surface ? -1 : number.at(c.j);
+    const std::int64_t i = number.at(c.i), j = c.at_surface ? -1 : std::int64_t{number.at(c.j)};
     out.stored.push_back({i, j, j < 0 ? 0 : across(i, j), c.stored});
   }
   return out;
 }
-
-double PeriodicBlock::radius(std::size_t sphere) const { return radius_of(state, sphere); }
-double PeriodicBlock::mass(std::size_t sphere) const { return mass_of(state, sphere); }
 
 double PeriodicBlock::energy() const {
   double sum = 0;
@@ -105,11 +76,11 @@ void CarriedSoil::add(const CarriedSoil& more) {
 MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(std::move(block)), plan_(plan) {
   if (plan.steps < 1 || !(plan.step > 0) || (plan.direction != 1 && plan.direction != -1))
     refuse_block("at least one step of some length, and a direction of 1 or -1");
-  if (block_.size() == 0 || block_.across.size() != block_.state.pair_ids.size() / 2)
+  if (block_.size() == 0 || block_.across.size() != block_.state.pairs.size())
     refuse_block("the arrays of its block do not belong together");
   for (std::size_t i = 0; i < block_.size(); ++i) {
-    largest_ = std::max(largest_, block_.radius(i));
-    const double from_low = centre_of(block_.state, i).x - block_.low;
+    largest_ = std::max(largest_, block_.sphere(i).r);
+    const double from_low = block_.sphere(i).x.x - block_.low;
     depth_.push_back(plan.direction > 0 ? from_low : block_.length - from_low);
   }
   held_ = held_length(largest_);
@@ -131,7 +102,7 @@ std::uint32_t MovingBed::id(long period, std::size_t sphere) const {
 
 Vec3 MovingBed::site(long period, std::size_t sphere) const {
   const double start = plan_.direction > 0 ? plan_.rear - block_.low : plan_.rear - block_.length - block_.low;
-  Vec3 x = centre_of(block_.state, sphere);
+  Vec3 x = block_.sphere(sphere).x;
   x.x += start + plan_.direction * (static_cast<double>(period) * block_.length);
   return x;
 }
@@ -152,10 +123,8 @@ void MovingBed::put_spheres(Bed::State& out, const Stretch& of, bool fixed) cons
   each_period(of, [&](long period) {
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
-      const Vec3 x = site(period, i);
-      out.spheres.insert(out.spheres.end(), {x.x, x.y, x.z, 0, 0, 0, 0, 0, 0, block_.radius(i), block_.mass(i)});
-      out.kinds.push_back(static_cast<std::int64_t>(fixed ? SphereKind::fixed : SphereKind::free));
-      out.ids.insert(out.ids.end(), {std::int64_t{id(period, i)}, block_.state.ids[2 * i + 1]});
+      Sphere& s = out.spheres.emplace_back(block_.sphere(i));
+      s.x = site(period, i), s.id = id(period, i), s.kind = fixed ? SphereKind::fixed : SphereKind::free;
     }
   });
 }
@@ -172,22 +141,15 @@ long MovingBed::hindmost(const Stretch& of, long period, std::int64_t i, std::in
 /// Pairs whose hindmost sphere lies in the stretch, and the stretch's contacts at surfaces.
 void MovingBed::put_contacts(Bed::State& out, const Stretch& of) const {
   const Bed::State& from = block_.state;
-  const std::size_t pairs = block_.across.size(), at_surfaces = from.surface_ids.size() / 2;
   each_period(of, [&](long period) {
-    for (std::size_t k = 0; k < pairs; ++k) {
-      const std::int64_t i = from.pair_ids[2 * k], j = from.pair_ids[2 * k + 1];
-      const long second = hindmost(of, period, i, j, block_.across[k]);
-      if (second == kNone) continue;
-      out.pair_ids.insert(out.pair_ids.end(), {std::int64_t{id(period, static_cast<std::size_t>(i))},
-                                               std::int64_t{id(second, static_cast<std::size_t>(j))}});
-      append_entry(out.pairs, from.pairs, from.pairs.size() / pairs, k);
+    for (std::size_t k = 0; k < from.pairs.size(); ++k) {
+      const PairHistory& p = from.pairs[k];
+      const long second = hindmost(of, period, p.i, p.j, block_.across[k]);
+      if (second != kNone) out.pairs.push_back({id(period, p.i), id(second, p.j), p.state});
     }
-    for (std::size_t k = 0; k < at_surfaces; ++k) {
-      const auto i = static_cast<std::size_t>(from.surface_ids[2 * k]);
-      if (!of.holds(along(period, i))) continue;
-      out.surface_ids.insert(out.surface_ids.end(), {std::int64_t{id(period, i)}, from.surface_ids[2 * k + 1]});
-      append_entry(out.surfaces, from.surfaces, from.surfaces.size() / at_surfaces, k);
-    }
+    for (const SurfaceHistory& c : from.surfaces)
+      if (of.holds(along(period, c.sphere)))
+        out.surfaces.push_back({id(period, c.sphere), c.boundary, c.normal, c.state});
   });
 }
 
@@ -197,7 +159,7 @@ CarriedSoil MovingBed::content(const Stretch& of, const Vec3& gravity) const {
   each_period(of, [&](long period) {
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
-      const double m = block_.mass(i);
+      const double m = block_.sphere(i).m;
       ++out.spheres, out.mass += m, out.gravity -= m * dot(gravity, site(period, i));
     }
     for (const StoredInContact& c : block_.stored) {
@@ -220,16 +182,9 @@ void MovingBed::fill(Bed& bed) const {
   put_spheres(all, {front, front + held_}, true);
   Bed::State behind;
   put_contacts(behind, {-held_, 0});
-  const std::size_t pairs = behind.pair_ids.size() / 2;
-  for (std::size_t k = 0; k < pairs; ++k) {
-    const auto u = [&](std::int64_t id) {
-      const auto number = static_cast<std::uint32_t>(id);
-      return along(static_cast<long>(number / block_.size()) - 1, place_in_block(number));
-    };
-    if (u(behind.pair_ids[2 * k]) < 0 && u(behind.pair_ids[2 * k + 1]) < 0) continue;
-    append_entry(all.pair_ids, behind.pair_ids, 2, k);
-    append_entry(all.pairs, behind.pairs, behind.pairs.size() / pairs, k);
-  }
+  const auto u = [&](std::uint32_t id) { return along(static_cast<long>(id / block_.size()) - 1, place_in_block(id)); };
+  for (const PairHistory& p : behind.pairs)
+    if (!(u(p.i) < 0 && u(p.j) < 0)) all.pairs.push_back(p);
   put_contacts(all, {0, front});
   bed.insert(all);
 }
@@ -240,9 +195,9 @@ std::vector<std::uint32_t> MovingBed::in_the_way(const Bed& bed, const Bed::Stat
   std::vector<std::uint32_t> out;
   for (const Sphere& s : bed.spheres()) {
     if (is_fixed(s) || along(s.x.x) < reach) continue;
-    for (std::size_t i = 0; i < added.ids.size() / 2; ++i) {
-      const Vec3 apart = s.x - centre_of(added, i);
-      const double near = s.r + radius_of(added, i);
+    for (const Sphere& more : added.spheres) {
+      const Vec3 apart = s.x - more.x;
+      const double near = s.r + more.r;
       if (dot(apart, apart) >= near * near) continue;
       out.push_back(s.id);
       break;
@@ -317,23 +272,8 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   bed.remove_if([&](const Sphere& s) { return is_behind(s) || is_over(s); });
 }
 
-std::vector<double> MovingBed::save() const {
-  std::vector<double> out{static_cast<double>(advanced_), static_cast<double>(pushed_out_)};
-  for (const CarriedSoil* c : {&entered_, &left_})
-    out.insert(out.end(), {static_cast<double>(c->spheres), c->mass, c->momentum.x, c->momentum.y, c->momentum.z,
-                           c->kinetic, c->gravity, c->stored});
-  return out;
-}
-
-void MovingBed::restore(std::span<const double> from) {
-  if (from.size() != 18) throw std::invalid_argument("restart: what the state has of the moving bed is damaged");
-  const double* at = from.data();
-  advanced_ = std::lround(*at++), pushed_out_ = static_cast<std::size_t>(*at++);
-  for (CarriedSoil* c : {&entered_, &left_}) {
-    c->spheres = static_cast<std::size_t>(*at++), c->mass = *at++;
-    c->momentum = {at[0], at[1], at[2]};
-    c->kinetic = at[3], c->gravity = at[4], c->stored = at[5], at += 6;
-  }
+void MovingBed::archive(Archive& a) {
+  a("advanced", advanced_)("pushed out", pushed_out_)("entered", entered_)("left", left_);
 }
 
 }  // namespace subsoil::dem

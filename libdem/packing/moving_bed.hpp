@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/bed.hpp"
 
 /// A long bed in a short window that follows a tool (docs/theory, section 7.2).
@@ -14,6 +15,7 @@ struct StoredInContact {
   std::int64_t i = 0, j = 0;  ///< j < 0: at a surface
   std::int64_t across = 0;    ///< as of a pair
   double energy = 0;          ///< J
+  void archive(Archive& a) { a("i", i)("j", j)("across", across)("energy", energy); }
 };
 
 /// One period along x of a bed at rest, with the contacts of its spheres, those across its ends among them. Any number
@@ -24,10 +26,8 @@ struct PeriodicBlock {
   std::vector<std::int64_t> across;     ///< of each pair: periods from that of the first sphere to that of the second
   std::vector<StoredInContact> stored;  ///< of contacts that carry a force
 
-  std::size_t size() const { return state.ids.size() / 2; }
-  double radius(std::size_t sphere) const;  ///< m
-  double mass(std::size_t sphere) const;    ///< kg
-  int material(std::size_t sphere) const { return static_cast<int>(state.ids[2 * sphere + 1]); }
+  std::size_t size() const { return state.spheres.size(); }
+  const Sphere& sphere(std::size_t k) const { return state.spheres[k]; }
   double energy() const;  ///< in all its contacts, J
 };
 
@@ -44,6 +44,9 @@ struct CarriedSoil {
   double energy() const { return kinetic + gravity + stored; }
   void add(const Sphere& sphere, const Vec3& acceleration);  ///< gravity's
   void add(const CarriedSoil& more);
+  void archive(Archive& a) {
+    a("spheres", spheres)("mass", mass)("momentum", momentum)("kinetic", kinetic)("gravity", gravity)("stored", stored);
+  }
 };
 
 struct MovingBedPlan {
@@ -92,8 +95,7 @@ class MovingBed {
   std::size_t place_in_block(std::uint32_t id) const { return id % block_.size(); }
   Vec3 place_at_rest(std::uint32_t id) const;  ///< of a sphere before anything disturbed it, m
 
-  std::vector<double> save() const;  ///< beside block and plan
-  void restore(std::span<const double> from);
+  void archive(Archive& a);  ///< beside block and plan
 
  private:
   /// A stretch of the bed, m from the first rear end on along the travel: low <= u < high.

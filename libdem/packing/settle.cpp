@@ -152,11 +152,9 @@ class Settler {
       decide_([] { return 0.0; });  // the mark of its end
       return true;
     }
-    if (plan_.from->run.size() != 3) throw std::invalid_argument("settling: the state is damaged");
     bed_.restore(plan_.from->bed);
     waits_ = false;
-    steps_ = std::lround(plan_.from->run[0]), steps_of_run_ = std::lround(plan_.from->run[1]);
-    still_since_ = plan_.from->run[2];
+    steps_ = plan_.from->steps, steps_of_run_ = plan_.from->steps_of_run, still_since_ = plan_.from->still_since;
     return false;
   }
   void begin_run() { steps_of_run_ = 0, still_since_ = bed_.time(); }
@@ -165,8 +163,7 @@ class Settler {
   }
   void keep_if_due() {
     if (!plan_.keep_due || !(stopped_ || plan_.keep_due())) return;
-    plan_.keep(
-        {decide_.made(), {static_cast<double>(steps_), static_cast<double>(steps_of_run_), still_since_}, bed_.save()});
+    plan_.keep({decide_.made(), steps_, steps_of_run_, still_since_, bed_.save()});
   }
 
   void step(const char* stage) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/bed.hpp"
 #include "libdem/packing/layers.hpp"
 #include "libdem/packing/measure.hpp"
@@ -35,8 +36,14 @@ struct SettleProgress {
 /// put in.
 struct SettleState {
   std::vector<double> decisions;
-  std::vector<double> run;  ///< of the stage under way: steps of all stages, s at which the bed was last not still
+  long steps = 0;          ///< of all stages
+  long steps_of_run = 0;   ///< of the stage under way
+  double still_since = 0;  ///< s at which the bed was last not still
   Bed::State bed;
+  /// All but the bed.
+  void archive(Archive& a) {
+    a("decisions", decisions)("steps", steps)("steps of run", steps_of_run)("still since", still_since);
+  }
 };
 
 struct SettlePlan {

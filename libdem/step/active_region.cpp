@@ -287,39 +287,26 @@ bool ActiveRegion::rests(std::size_t block, std::size_t sphere, const Vec3& acce
   return moves && turns;
 }
 
-void ActiveRegion::save(std::vector<double>& to, std::size_t count) const {
-  for (std::size_t i = 0; i < count; ++i) {
-    const Balance b = i < balance_.size() ? balance_[i] : Balance{};  // one that was added since the last lists
-    to.push_back(b.slow);
-    for (const Vec3& v : {b.acceleration, b.turn, b.change, b.turn_change}) put(to, v);
-  }
+void ActiveRegion::archive(Archive& a, std::size_t count) {
+  if (a.reads()) forget(), balance_.clear(), check_all_ = false;
+  bool kept = on();
+  a("kept", kept);
+  if (!kept) return;
+  std::vector<Balance> balance = balance_;
+  balance.resize(count);  // those that were added since the last lists
+  a("balance", balance);
+  if (balance.size() != count) Archive::refuse("balance");
+  if (a.reads()) balance_ = std::move(balance);
 }
 
-void ActiveRegion::restore(std::span<const double> from) {
-  forget(), balance_.clear(), check_all_ = false;
-  StateReader read{from};
-  while (read.at < from.size()) {
-    Balance b;
-    b.slow = read();
-    for (Vec3* v : {&b.acceleration, &b.turn, &b.change, &b.turn_change}) *v = read.vector();
-    balance_.push_back(b);
-  }
-}
-
-void ActiveRegion::save_lists(std::vector<double>& to, std::span<const BlockSums> sums) const {
-  to.insert(to.end(), {static_cast<double>(states_.size()), static_cast<double>(moving_), check_all_ ? 1.0 : 0.0});
-  for (std::size_t k = 0; k < states_.size(); ++k)
-    to.insert(to.end(), {states_[k].speed2, sums[k].speed2, sums[k].frozen});
-}
-
-void ActiveRegion::restore_lists(StateReader& from, std::span<BlockSums> sums) {
-  const auto blocks = static_cast<std::size_t>(from());
-  moving_ = static_cast<std::size_t>(from());
-  check_all_ = from() != 0;
+void ActiveRegion::archive_lists(Archive& a, std::span<BlockSums> sums) {
+  std::size_t blocks = states_.size();
+  a("blocks", blocks)("moving", moving_)("check all", check_all_);
+  if (blocks > sums.size()) Archive::refuse("blocks");
   for (std::size_t k = 0; k < blocks; ++k) {
-    const double speed2 = from();
-    sums[k].speed2 = from(), sums[k].frozen = from();
-    if (k < states_.size()) states_[k].speed2 = speed2;  // none where the run continues without sleep
+    double speed2 = k < states_.size() ? states_[k].speed2 : 0;  // none where the run continues without sleep
+    a("speed2 of check", speed2)("speed2", sums[k].speed2)("frozen", sums[k].frozen);
+    if (k < states_.size()) states_[k].speed2 = speed2;
   }
 }
 

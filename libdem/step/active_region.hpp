@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/bed.hpp"
 #include "libdem/contacts/contact_store.hpp"
 #include "libdem/geometry/bounds.hpp"
 #include "libdem/particles/particle_store.hpp"
 #include "libdem/step/energy_balance.hpp"
-#include "libdem/step/state_numbers.hpp"
 
 namespace subsoil::dem {
 
@@ -44,11 +44,9 @@ class ActiveRegion {
   void forget() { states_.clear(), count_ = 0; }  ///< spheres are others
   void check_all() { check_all_ = true; }         ///< something else than neighbours and surfaces changed the forces
 
-  // Saved state: of spheres, in their order, and of blocks, behind the lists.
-  void save(std::vector<double>& to, std::size_t count) const;
-  void restore(std::span<const double> from);
-  void save_lists(std::vector<double>& to, std::span<const BlockSums> sums) const;
-  void restore_lists(StateReader& from, std::span<BlockSums> sums);
+  // Saved state: of spheres, in their order, and of blocks of the same lists.
+  void archive(Archive& a, std::size_t count);
+  void archive_lists(Archive& a, std::span<BlockSums> sums);
 
   /// What the step at hand does with each particle block. @param gravity its magnitude, m/s2
   /// @param all_energies whether it sums those of every block
@@ -102,6 +100,9 @@ class ActiveRegion {
     double slow = 0;           ///< State::slow of its block
     Vec3 acceleration, turn;   ///< when it fell asleep: what was out of balance then, as it was ringing
     Vec3 change, turn_change;  ///< since then, mean over the time of rest
+    void archive(Archive& a) {
+      a("slow", slow)("acceleration", acceleration)("turn", turn)("change", change)("turn change", turn_change);
+    }
   };
   enum class Outcome : std::uint8_t { none, rests, moves };
 

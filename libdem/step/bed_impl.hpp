@@ -53,6 +53,8 @@ struct ByEngine {
   bool ahead = false;  ///< it has stepped since spheres last came back
 };
 
+void archive(Archive& a, const char* name, Losses& lost);
+
 /// A bed is its parts; each part's header states who writes and who reads it. What needs several of them at once stands
 /// here and is a task of the step.
 struct Bed::Impl {
@@ -131,8 +133,9 @@ struct Bed::Impl {
   std::uint32_t deepest_sphere() const;
 
   // list_state.cpp
-  void save_lists(std::vector<double>& to) const;
-  void restore_lists(std::span<const double> from);
+  void archive_since_listed(Archive& a);
+  void save_lists(Archive& a);
+  void restore_lists(Archive& a);
 
   // checkpoint.cpp
   void copy(const Impl& from);
@@ -140,11 +143,11 @@ struct Bed::Impl {
 
   // state.cpp
   State state();
-  Sphere sphere_of(const State& in, std::size_t k) const;
-  void save_bonding(State& out) const;
-  void restore_bonding(const State& in);
+  Sphere record_of(const Sphere& saved) const;
+  void archive(Archive& a);
+  void archive_bonding(Archive& a);
   /// Contacts of a state, to wait for the next lists. @param place index of a sphere by its id
-  void take_contacts(const State& in, const std::function<std::uint32_t(std::int64_t)>& place);
+  void take_contacts(const State& in, const std::function<std::uint32_t(std::uint32_t)>& place);
 };
 
 }  // namespace subsoil::dem

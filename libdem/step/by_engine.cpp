@@ -63,13 +63,13 @@ void Bed::Impl::step_by_engine(double dt, const Request& request) {
 void Bed::Impl::take_back(bool with_contacts) {
   const State state = by_engine.engine->collect(with_contacts);
   particles.clear();
-  std::unordered_map<std::int64_t, std::uint32_t> index;
-  for (std::size_t k = 0; k < state.ids.size() / 2; ++k) {
-    if (with_contacts) index[state.ids[2 * k]] = static_cast<std::uint32_t>(k);
-    particles.restore(sphere_of(state, k));
+  std::unordered_map<std::uint32_t, std::uint32_t> index;
+  for (const Sphere& s : state.spheres) {
+    if (with_contacts) index[s.id] = static_cast<std::uint32_t>(particles.size());
+    particles.restore(record_of(s));
   }
   contacts.clear(), surfaces.clear();
-  if (with_contacts) take_contacts(state, [&](std::int64_t id) { return index.at(id); });
+  if (with_contacts) take_contacts(state, [&](std::uint32_t id) { return index.at(id); });
   by_engine.ahead = false;
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "libdem/particles/rigid_rotation.hpp"
-#include "libdem/step/state_numbers.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -262,39 +261,28 @@ void Clumps::stop() {
   for (Clump& c : clumps_) c.velocity = c.angular_momentum = {};
 }
 
-void Clumps::save(std::vector<double>& out) const {
-  if (!any()) return;
-  out.push_back(next_id_);
-  for (const Clump& c : clumps_) {
-    out.insert(out.end(), {static_cast<double>(c.id), static_cast<double>(c.shape), static_cast<double>(c.first_sphere),
-                           static_cast<double>(c.material), c.attitude.w, c.attitude.x, c.attitude.y, c.attitude.z});
-    put(out, c.position), put(out, c.velocity), put(out, c.angular_momentum);
-  }
-}
-
-void Clumps::restore(std::span<const double> from, const std::function<bool(std::uint32_t)>& there) {
-  constexpr std::size_t numbers = 17;
-  clumps_.clear(), of_id_.clear(), leaving_.clear();
-  next_id_ = 0;
-  if (from.empty()) return;
-  if (from.size() % numbers != 1) throw std::invalid_argument("restart: what the state has of clumps is damaged");
-  StateReader read{from};
-  const auto whole = [&] { return static_cast<std::uint32_t>(read()); };
-  next_id_ = whole();
-  for (std::size_t k = 0; k < from.size() / numbers; ++k) {
-    Clump c;
-    c.id = whole(), c.shape = whole(), c.first_sphere = whole(), c.material = static_cast<std::uint16_t>(read());
-    c.attitude.w = read(), c.attitude.x = read(), c.attitude.y = read(), c.attitude.z = read();
-    c.position = read.vector(), c.velocity = read.vector(), c.angular_momentum = read.vector();
+void Clumps::archive(Archive& a) {
+  a("next id", next_id_);
+  std::size_t count = clumps_.size();
+  a("count", count);
+  if (a.reads()) clumps_.clear(), of_id_.clear(), leaving_.clear();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (a.reads()) clumps_.emplace_back();
+    Clump& c = clumps_[k];
+    a("id", c.id)("shape", c.shape)("first sphere", c.first_sphere)("material", c.material);
+    a("attitude", c.attitude)("position", c.position)("velocity", c.velocity)("angular momentum", c.angular_momentum);
     if (c.shape >= shapes_.size())
       throw std::invalid_argument(
           "restart: the state has clumps of a shape that the scenario lacks; use the scenario it was written from");
+  }
+}
+
+void Clumps::find_members(const std::function<bool(std::uint32_t)>& there) {
+  for (const Clump& c : clumps_)
     for (std::size_t m = 0; m < shapes_[c.shape].members.size(); ++m)
       if (!there(c.first_sphere + static_cast<std::uint32_t>(m)))
         throw std::invalid_argument(
             "restart: a clump of the state lacks spheres: the file is damaged, or the scenario has other shapes");
-    clumps_.push_back(c);
-  }
   number_spheres();
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/bed.hpp"
 #include "libdem/contacts/particle_block.hpp"
 #include "libdem/neighbours/neighbour_list.hpp"
@@ -89,9 +90,10 @@ class Clumps {
   void shift(const Vec3& offset);
   void stop();  ///< neither velocity nor rotation
 
-  void save(std::vector<double>& out) const;
-  /// The shapes stay. @param there whether the bed has a sphere of this id
-  void restore(std::span<const double> from, const std::function<bool(std::uint32_t)>& there);
+  void archive(Archive& a);  ///< the shapes stay
+  /// After that. Throws std::invalid_argument where a clump lacks a member. @param there whether the bed has a sphere
+  /// of this id
+  void find_members(const std::function<bool(std::uint32_t)>& there);
 
  private:
   struct Loaded {

@@ -68,22 +68,6 @@ void FixedSpheres::add_work(double elapsed) {
   std::swap(before_, now_);
 }
 
-std::vector<double> FixedSpheres::save() const {
-  if (before_.empty()) return {};
-  std::vector<double> out{work_};
-  for (const Before& b : before_)
-    out.insert(out.end(),
-               {static_cast<double>(b.id), b.force.x, b.force.y, b.force.z, b.torque.x, b.torque.y, b.torque.z});
-  return out;
-}
-
-void FixedSpheres::restore(std::span<const double> from) {
-  before_.clear(), work_ = 0;
-  if (from.empty()) return;
-  if (from.size() % 7 != 1) throw std::invalid_argument("restart: what the state has of fixed spheres is damaged");
-  work_ = from.front();
-  for (const double* at = from.data() + 1; at != from.data() + from.size(); at += 7)
-    before_.push_back({static_cast<std::uint32_t>(at[0]), {at[1], at[2], at[3]}, {at[4], at[5], at[6]}});
-}
+void FixedSpheres::archive(Archive& a) { a("work", work_)("before", before_); }
 
 }  // namespace subsoil::dem

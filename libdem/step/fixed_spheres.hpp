@@ -2,6 +2,7 @@
 #include <span>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/contacts/particle_block.hpp"
 #include "libdem/neighbours/neighbour_list.hpp"
 #include "libdem/particles/fixed.hpp"
@@ -48,13 +49,13 @@ class FixedSpheres {
   double work() const { return work_; }  ///< on the other spheres, J, since the start
   void reset_work() { work_ = 0; }
 
-  std::vector<double> save() const;
-  void restore(std::span<const double> from);  ///< before the lists are built
+  void archive(Archive& a);  ///< read before the lists are built
 
  private:
   struct Before {
-    std::uint32_t id;
+    std::uint32_t id = 0;
     Vec3 force, torque;
+    void archive(Archive& a) { a("id", id)("force", force)("torque", torque); }
   };
   const Before* before(std::uint32_t id) const;
 

@@ -1,98 +1,109 @@
-#include <functional>
-#include <span>
 #include <stdexcept>
 #include <unordered_map>
 
 #include "libdem/step/bed_impl.hpp"
-#include "libdem/step/state_numbers.hpp"
 
 /// How far the lists had come when a bed was saved. Order of sums, and so the last bits, follow the lists; these follow
 /// from where spheres and boundaries were when they were built. So a restart builds them from there, puts the spheres
 /// where they are, and takes over what has been added up since.
 ///
-/// The numbers are the last of State::scalars. Where the next step builds new lists anyway their count stands alone;
-/// taken away by hand, lists are built where the spheres are now, which is right but for rounding.
+/// Where the next step builds new lists anyway, or where a state is without them, lists are built where the spheres are
+/// then: right but for rounding.
 namespace subsoil::dem {
 namespace {
 
-void put(std::vector<double>& out, const Losses& l) {
-  out.insert(out.end(), {l.damping, l.sliding, l.rolling, l.breaking});
-}
-Losses losses(StateReader& next) {
-  Losses l;
-  l.damping = next(), l.sliding = next(), l.rolling = next(), l.breaking = next();
-  return l;
-}
+/// What lists were built from, and what they look like.
+struct Listed {
+  std::size_t spheres = 0, blocks = 0, runs = 0, chunks = 0;
+  double skin = 0;            ///< m
+  std::vector<Vec3> places;   ///< of the spheres
+  std::vector<Pose> poses;    ///< of the boundaries
+  std::vector<char> active;   ///< likewise
+  std::vector<int> contacts;  ///< likewise
+
+  void archive(Archive& a) {
+    a("spheres", spheres)("blocks", blocks)("runs", runs)("chunks", chunks)("skin", skin)("places", places);
+    std::size_t boundaries = poses.size();
+    a("boundaries", boundaries);
+    for (std::size_t b = 0; b < boundaries; ++b) {
+      if (a.reads()) poses.emplace_back(), active.emplace_back(), contacts.emplace_back();
+      a("position", poses[b].position)("attitude", poses[b].attitude);
+      a("active", active[b])("contacts", contacts[b]);
+    }
+  }
+};
 
 }  // namespace
 
-void Bed::Impl::save_lists(std::vector<double>& to) const {
-  if (contacts.empty() || criterion.is_stale()) {  // the next step builds new ones: their number alone
-    to.push_back(static_cast<double>(now.rebuilds));
-    return;
-  }
-  to.insert(to.end(), {static_cast<double>(particles.size()), static_cast<double>(contacts.particle_blocks.size()),
-                       static_cast<double>(contacts.runs.size()), static_cast<double>(surfaces.chunks.size()),
-                       criterion.skin(), static_cast<double>(now.rebuilds)});
-  for (std::size_t i = 0; i < particles.size(); ++i) put(to, criterion.listed_place(i));
-  for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    const Pose& was = criterion.listed_poses()[b];
-    put(to, was.position);
-    to.insert(to.end(), {was.attitude.w, was.attitude.x, was.attitude.y, was.attitude.z,
-                         criterion.listed_active()[b] != 0 ? 1.0 : 0.0, static_cast<double>(boundaries[b].contacts)});
-  }
-  criterion.save(to);
-  paths.save(to);
-  for (const PairRun& run : contacts.runs) {
+/// What has been added up in lists that are as they were.
+void Bed::Impl::archive_since_listed(Archive& a) {
+  a.group("criterion", [&] { criterion.archive(a); });
+  a("paths", paths);
+  for (PairRun& run : contacts.runs) {
     if (!run.candidates) continue;
-    to.push_back(run.activation);
-    to.insert(to.end(), contacts.activation.data() + run.first, contacts.activation.data() + run.first + run.blocks);
+    a("activation of run", run.activation);
+    a("activation", std::span(contacts.activation.data() + run.first, run.blocks));
   }
-  to.insert(to.end(),
-            {static_cast<double>(balance.sampling().late()), balance.sampling().lists_were_new() ? 1.0 : 0.0});
-  put(to, balance.lost_before);
-  for (const BlockSums& b : balance.of_block) {
-    put(to, b.lost);
-    to.insert(to.end(), {b.stored, b.pairs, b.overlap});
+  int late = balance.sampling().late();
+  bool new_lists = balance.sampling().lists_were_new();
+  a("samples late", late)("lists were new", new_lists);
+  if (a.reads()) balance.sampling().go_on(late, new_lists);
+  dem::archive(a, "lost before", balance.lost_before);
+  for (BlockSums& b : balance.of_block) {
+    dem::archive(a, "lost", b.lost);
+    a("stored", b.stored)("pairs", b.pairs)("overlap", b.overlap);
   }
-  for (const SurfaceChunk& c : surfaces.chunks) put(to, c.lost);
-  to.push_back(balance.frozen_before);
-  region.save_lists(to, balance.of_block);
+  for (SurfaceChunk& c : surfaces.chunks) dem::archive(a, "lost at surfaces", c.lost);
+  a("frozen before", balance.frozen_before);
+  a.group("sleep", [&] { region.archive_lists(a, balance.of_block); });
 }
 
-void Bed::Impl::restore_lists(std::span<const double> from) {
-  StateReader next{from};
-  if (from.size() == 1) {
-    now.rebuilds = static_cast<long>(next());
-    return;
-  }
-  const double spheres = next(), blocks = next(), runs = next(), chunks = next(), skin = next();
-  const auto rebuilds = static_cast<long>(next());
-  const auto refuse = [] {
+void Bed::Impl::save_lists(Archive& a) {
+  a("rebuilds", now.rebuilds);
+  if (contacts.empty() || criterion.is_stale()) return;  // the next step builds new ones
+  Listed was{.spheres = particles.size(),
+             .blocks = contacts.particle_blocks.size(),
+             .runs = contacts.runs.size(),
+             .chunks = surfaces.chunks.size(),
+             .skin = criterion.skin(),
+             .places = {},
+             .poses = criterion.listed_poses(),
+             .active = criterion.listed_active(),
+             .contacts = {}};
+  for (std::size_t i = 0; i < particles.size(); ++i) was.places.push_back(criterion.listed_place(i));
+  for (const Boundary& b : boundaries) was.contacts.push_back(b.contacts);
+  a("lists", was);
+  a.group("since", [&] { archive_since_listed(a); });
+}
+
+void Bed::Impl::restore_lists(Archive& a) {
+  a("rebuilds", now.rebuilds);
+  if (!a.has("lists")) return;
+  Listed was;
+  a("lists", was);
+  if (was.spheres != particles.size() || was.places.size() != was.spheres || was.poses.size() != boundaries.size() ||
+      !(was.skin > 0))
     throw std::invalid_argument(
         "restart: the state of the neighbour lists does not belong to its spheres; the file is damaged, or of another "
         "scenario");
-  };
-  if (spheres != static_cast<double>(particles.size()) || !(skin > 0)) refuse();
+  const long rebuilds = now.rebuilds;
 
   // As things stood when the lists were built. No sphere may leave now that did not then.
   std::vector<Vec3> place;
-  for (Sphere& s : particles.spheres()) {
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    Sphere& s = particles.spheres()[i];
     place.push_back(s.x);
-    s.x = next.vector();
+    s.x = was.places[i];
   }
   std::vector<Pose> pose;
   std::vector<char> active;
-  for (Boundary& b : boundaries) {
-    pose.push_back(b.pose), active.push_back(b.active);
-    b.pose.position = next.vector();
-    Quaternion& q = b.pose.attitude;
-    q.w = next(), q.x = next(), q.y = next(), q.z = next();
-    b.active = next() != 0;
-    b.contacts = static_cast<int>(next());
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    Boundary& of = boundaries[b];
+    pose.push_back(of.pose), active.push_back(of.active);
+    of.pose = was.poses[b], of.active = was.active[b] != 0, of.contacts = was.contacts[b];
   }
   const BedOptions given = options;
-  options.skin = skin, options.floor_drop = -1e300;
+  options.skin = was.skin, options.floor_drop = -1e300;
   std::vector<std::uint32_t> id;
   for (const Sphere& s : particles.spheres()) id.push_back(s.id);
   const BondCount bonded = bonds.count;
@@ -113,30 +124,14 @@ void Bed::Impl::restore_lists(std::span<const double> from) {
     boundaries[b].pose = pose[b], boundaries[b].active = active[b] != 0;
   bonds.count = bonded, balance.lost_before = lost;
   now.rebuilds = rebuilds;
-  if (!same || blocks != static_cast<double>(contacts.particle_blocks.size()) ||
-      runs != static_cast<double>(contacts.runs.size()) || chunks != static_cast<double>(surfaces.chunks.size())) {
+  if (!same || was.blocks != contacts.particle_blocks.size() || was.runs != contacts.runs.size() ||
+      was.chunks != surfaces.chunks.size()) {
     criterion.invalidate();  // laws of another cutoff: nothing of the old lists holds, the next step builds new ones
+    a.drop("since");
     return;
   }
 
-  criterion.restore(std::ref(next));
-  paths.restore(std::ref(next));
-  for (PairRun& run : contacts.runs) {
-    if (!run.candidates) continue;
-    run.activation = next();
-    for (std::uint32_t k = 0; k < run.blocks; ++k) contacts.activation[run.first + k] = next();
-  }
-  const int late = static_cast<int>(next());
-  balance.sampling().go_on(late, next() != 0);
-  balance.lost_before = losses(next);
-  for (BlockSums& b : balance.of_block) {
-    b.lost = losses(next);
-    b.stored = next(), b.pairs = next(), b.overlap = next();
-  }
-  for (SurfaceChunk& c : surfaces.chunks) c.lost = losses(next);
-  balance.frozen_before = next();
-  region.restore_lists(next, balance.of_block);
-  if (next.at != from.size()) refuse();
+  a.group("since", [&] { archive_since_listed(a); });
 }
 
 }  // namespace subsoil::dem

@@ -100,24 +100,4 @@ void Sampler::forget_before() {
   changes_.clear();
 }
 
-void Sampler::save(std::vector<double>& out) const {
-  const double now = changes_.empty() ? held_ : changes_.back().second;
-  out.insert(out.end(), {origin_, count_, integral_, derivative_, weighed_, now});
-  out.push_back(static_cast<double>(pending_.size()));
-  for (const auto& [t, u] : pending_) out.push_back(t), out.push_back(u);
-}
-
-void Sampler::restore(const double*& from, const double* end) {
-  const auto next = [&] {
-    if (from == end) throw std::runtime_error("machine restart data end too early; they belong to another machine");
-    return *from++;
-  };
-  for (double* value : {&origin_, &count_, &integral_, &derivative_, &weighed_, &held_}) *value = next();
-  pending_.clear(), changes_.clear();
-  for (double left = next(); left > 0; --left) {
-    const double t = next();
-    pending_.emplace_back(t, next());
-  }
-}
-
 }  // namespace subsoil::mbd

@@ -101,8 +101,13 @@ class Sampler {
   /// The output at t, not before what forget_before() left; where it changes at t the one from there on, or `before`.
   double held(double t, bool before = false) const;
   void forget_before();
-  void save(std::vector<double>& out) const;
-  void restore(const double*& from, const double* end);
+  bool operator==(const Sampler&) const = default;
+  /// After forget_before().
+  template <class A>
+  void archive(A& a) {
+    a("origin", origin_)("samples", count_)("integral", integral_)("derivative", derivative_)("weighed", weighed_);
+    a("held", held_)("pending", pending_);
+  }
 
  private:
   double sample_at(const PidController& c) const { return origin_ + count_ * c.sample_time; }

@@ -63,9 +63,4 @@ void Rut::press_disk(double x, double z, double radius) {
   }
 }
 
-void Rut::restore(long first, std::vector<double> depths) {
-  first_ = first;
-  depths_ = std::move(depths);
-}
-
 }  // namespace subsoil::mbd

@@ -24,10 +24,11 @@ class Rut {
   /// A disk of this radius stood at x with its lowest point at depth z: its circle, as a parabola.
   void press_disk(double x, double z, double radius);
 
-  /// The first stored grid index and the stored depths: for restart files.
-  long first() const { return first_; }
-  const std::vector<double>& depths() const { return depths_; }
-  void restore(long first, std::vector<double> depths);
+  bool operator==(const Rut&) const = default;
+  template <class A>
+  void archive(A& a) {
+    a("first", first_)("depths", depths_);  // grid index, and depths from there on
+  }
 
  private:
   double stored(long i) const;

@@ -11,8 +11,7 @@ constexpr double near_rest = 1e-3;
 }  // namespace
 
 Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
-  std::vector<double> memory;
-  system.save(memory);
+  const System::Restart memory = system.save();
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(from.size()), scale = coordinate_scale(system);
   Cvode fall(system, {.rtol = 1e-4, .atol = 1e-6});
   fall.locate_events(false);
@@ -37,8 +36,7 @@ Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
     }
   }
   system.set_start_states({});
-  const double* begin = memory.data();
-  system.restore(begin, memory.data() + memory.size());
+  system.restore(memory);
   return {fall.state().q, fall.state().states};
 }
 

@@ -261,24 +261,20 @@ void AdamsMoulton::one_step(double h) {
   }
 }
 
-void AdamsMoulton::on_save(std::vector<double>& out) const {
-  out.insert(out.end(), {static_cast<double>(stored_), step_, origin_, static_cast<double>(steps_)});
-  for (int age = stored_; age-- > 0;) {
-    const auto column = past_.col(slot(age));
-    out.insert(out.end(), column.data(), column.data() + column.size());
-  }
+void AdamsMoulton::on_save(Snapshot::Past& out) const {
+  out.step = step_, out.origin = origin_, out.steps = steps_;
+  for (int age = stored_; age-- > 0;) out.rates.push_back(numbers(past_.col(slot(age))));
 }
 
-void AdamsMoulton::on_restore(const double*& from, const double* end) {
-  const int count = static_cast<int>(take(from, end));
-  if (count < 0 || count > order_max)
-    throw std::runtime_error("machine restart data are damaged: stored steps of the integrator");
-  step_ = take(from, end), origin_ = take(from, end), steps_ = static_cast<long>(take(from, end));
+void AdamsMoulton::on_restore(const Snapshot::Past& from) {
+  if (from.rates.size() > order_max)
+    throw std::invalid_argument("restart: the state has more steps of the integrator than it stores");
+  step_ = from.step, origin_ = from.origin, steps_ = from.steps;
   stored_ = 0, newest_ = 0;
-  for (int i = 0; i < count; ++i) {
+  for (const std::vector<double>& rates : from.rates) {
     newest_ = (newest_ + 1) % order_max;
     stored_ = std::min(stored_ + 1, options_.order);
-    take(from, end, sum_);
+    take(rates, sum_, "the integrator's past");
     past_.col(slot(0)) = sum_;
   }
   trial_ = now_;

@@ -31,8 +31,8 @@ class AdamsMoulton : public Integrator {
  protected:
   void on_start() override;
   void on_advance(double h) override;
-  void on_save(std::vector<double>& out) const override;
-  void on_restore(const double*& from, const double* end) override;
+  void on_save(Snapshot::Past& out) const override;
+  void on_restore(const Snapshot::Past& from) override;
 
  private:
   Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }

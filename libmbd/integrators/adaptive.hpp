@@ -41,7 +41,7 @@ class Adaptive : public Integrator {
 
   void on_start() override;
   void move(double h) override;
-  void on_restore(const double*&, const double*) override { on_start(); }
+  void on_restore(const Snapshot::Past&) override { on_start(); }
   bool finds_events() const override { return true; }
 
   struct Reached {

@@ -338,73 +338,66 @@ void Integrator::take_event(std::size_t which) {
   events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
 }
 
-double Integrator::take(const double*& from, const double* end) {
-  if (from == end) throw std::runtime_error("machine restart data end too early; they belong to another machine");
-  return *from++;
+void Integrator::take(const std::vector<double>& from, Eigen::VectorXd& to, const char* what) {
+  if (static_cast<Eigen::Index>(from.size()) != to.size())
+    throw std::invalid_argument("restart: the state has " + std::to_string(from.size()) + " numbers of " + what +
+                                ", this machine has " + std::to_string(to.size()));
+  std::copy(from.begin(), from.end(), to.data());
 }
 
-void Integrator::take(const double*& from, const double* end, Eigen::VectorXd& v) {
-  if (end - from < v.size())
-    throw std::runtime_error("machine restart data end too early; they belong to another machine");
-  std::copy(from, from + v.size(), v.data());
-  from += v.size();
-}
-
-void Integrator::save(std::vector<double>& out) const {
+Snapshot Integrator::save() const {
   const MotionState& m = state();
   const EnergyFlows& flows = this->flows();
-  out.push_back(m.t);
-  put(out, m.q);
-  put(out, m.velocity);
-  put(out, flows.of_elements);
-  out.push_back(flows.external_work);
-  system_.save(out);
-  if (system_.has_joint_events()) out.push_back(flows.latched);
-  out.insert(out.end(), {step_error_.largest, step_error_.positions, step_error_.velocities, step_error_.fastest});
-  out.push_back(static_cast<double>(switches_.count()));
-  for (std::size_t i = 0; i < switches_.count(); ++i) out.push_back(switches_.side(i));
-  out.push_back(static_cast<double>(events_.size()));
+  Snapshot out{.time = m.t,
+               .pose = numbers(m.q),
+               .velocity = numbers(m.velocity),
+               .flows = numbers(flows.of_elements),
+               .external_work = flows.external_work,
+               .latched = flows.latched,
+               .elements = system_.save(),
+               .error = step_error_,
+               .switches = {},
+               .events = {},
+               .past = {}};
+  for (std::size_t i = 0; i < switches_.count(); ++i) out.switches.push_back(switches_.side(i));
   for (const Event& e : events_) {
     std::size_t which = 0;
     while (which + 1 < switches_.count() &&
            (switches_.name(which) != e.name || switches_.of_friction(which) != e.of_friction))
       ++which;
-    out.insert(out.end(), {e.t, static_cast<double>(e.direction), static_cast<double>(which)});
+    out.events.push_back({e.t, e.direction, which});
   }
-  on_save(out);
+  on_save(out.past);
+  return out;
 }
 
-// What follows depends on the numbers alone, not on what the machine did before: one that is restored from its own
-// state goes on as another one does.
-void Integrator::restore(const double*& from, const double* end) {
+// What follows depends on the snapshot alone, not on what the machine did before: one that is restored from its own
+// state continues as another one does.
+void Integrator::restore(const Snapshot& from) {
   hide(), dense_ = {}, ++starts_;
-  now_.t = take(from, end);
-  take(from, end, now_.q);
-  take(from, end, now_.velocity);
-  take(from, end, flows_.of_elements);
+  now_.t = from.time;
+  take(from.pose, now_.q, "pose");
+  take(from.velocity, now_.velocity, "velocity");
+  take(from.flows, flows_.of_elements, "energy");
   now_.states = flows_.of_elements.tail(now_.states.size());
-  flows_.external_work = take(from, end);
-  system_.restore(from, end);
-  if (system_.has_joint_events()) flows_.latched = take(from, end);
+  flows_.external_work = from.external_work, flows_.latched = from.latched;
+  system_.restore(from.elements);
   changes_seen_ = system_.wrench_changes();
-  step_error_.largest = take(from, end), step_error_.positions = take(from, end);
-  step_error_.velocities = take(from, end), step_error_.fastest = take(from, end);
-  const auto refuse = [] { throw std::runtime_error("machine restart data are those of another machine"); };
-  if (take(from, end) != static_cast<double>(switches_.count())) refuse();
-  std::vector<int> sides;
-  for (std::size_t i = 0; i < switches_.count(); ++i) sides.push_back(static_cast<int>(take(from, end)));
+  step_error_ = from.error;
+  const auto refuse = [] {
+    throw std::invalid_argument("restart: switches and events of the state are those of another machine");
+  };
+  if (from.switches.size() != switches_.count()) refuse();
   events_.clear();
-  for (double left = take(from, end); left > 0; --left) {
-    const double t = take(from, end), direction = take(from, end), which = take(from, end);
-    if (!(which >= 0 && which < static_cast<double>(switches_.count()))) refuse();
-    const auto at = static_cast<std::size_t>(which);
-    events_.push_back({t, switches_.name(at), static_cast<int>(direction), switches_.of_friction(at)});
+  for (const Snapshot::SwitchEvent& e : from.events) {
+    if (e.of >= switches_.count()) refuse();
+    events_.push_back({e.time, switches_.name(e.of), e.direction, switches_.of_friction(e.of)});
   }
   now_.lambda.setZero();  // a guess
   partition_.choose(now_);
   partition_.evaluate(now_);
-  for (std::size_t i = 0; i < sides.size(); ++i) switches_.set_side(i, sides[i]);
-  on_restore(from, end);
+  for (std::size_t i = 0; i < from.switches.size(); ++i) switches_.set_side(i, from.switches[i]);
+  on_restore(from.past);
 }
 
 std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, System& system, const AdamsMoultonOptions& adams,

@@ -11,6 +11,7 @@
 #include "libmbd/integrators/dense_output.hpp"
 #include "libmbd/integrators/evaluation.hpp"
 #include "libmbd/integrators/events.hpp"
+#include "libmbd/integrators/snapshot.hpp"
 
 namespace subsoil::mbd {
 
@@ -61,17 +62,6 @@ struct EnergyRange {
   }
 };
 
-/// What fixed steps are estimated to err by: the difference of predictor and corrector by Milne's device. Positions
-/// over the machine's length, velocities over the maximum so far, angles times length.
-struct StepError {
-  double largest = 0;     ///< of a step, in position (1)
-  double positions = 0;   ///< sum over the steps (1)
-  double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
-  double fastest = 0;     ///< m/s
-  /// Of the whole run, where errors add up and the motion does not magnify them.
-  double sum() const { return positions + (fastest > 0 ? velocities / fastest : 0); }
-};
-
 /// Moves a consistent state forward in time. One step interface for a coupling loop: set wrenches on the system,
 /// advance.
 class Integrator {
@@ -110,9 +100,10 @@ class Integrator {
   /// Energies in every step of the method's own since it was asked last.
   EnergyRange take_energy_range() { return std::exchange(energy_range_, {}); }
 
-  /// Everything a restart needs, as plain numbers, and back.
-  void save(std::vector<double>& out) const;
-  void restore(const double*& from, const double* end);
+  /// What a restart needs, but for the machine's balance of energy.
+  Snapshot save() const;
+  /// Throws std::invalid_argument for one of another machine.
+  void restore(const Snapshot& from);
 
  protected:
   virtual void on_start() = 0;
@@ -145,13 +136,13 @@ class Integrator {
   bool shows() const { return shows_; }
   void act(double close);
   void fire(std::size_t event);
-  virtual void on_save(std::vector<double>&) const {}
-  virtual void on_restore(const double*&, const double*) {}
-  static void put(std::vector<double>& out, const Eigen::VectorXd& v) {
-    out.insert(out.end(), v.data(), v.data() + v.size());
+  virtual void on_save(Snapshot::Past&) const {}
+  virtual void on_restore(const Snapshot::Past&) {}
+  static std::vector<double> numbers(const Eigen::Ref<const Eigen::VectorXd>& v) {
+    return {v.data(), v.data() + v.size()};
   }
-  static void take(const double*& from, const double* end, Eigen::VectorXd& v);
-  static double take(const double*& from, const double* end);
+  /// @param what for the refusal of another size
+  static void take(const std::vector<double>& from, Eigen::VectorXd& to, const char* what);
 
   System& system_;
   Partition partition_;

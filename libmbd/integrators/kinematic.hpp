@@ -20,7 +20,7 @@ class Kinematic : public Integrator {
  protected:
   void on_start() override;
   void on_advance(double h) override;
-  void on_restore(const double*&, const double*) override { on_start(); }
+  void on_restore(const Snapshot::Past&) override { on_start(); }
   /// Nothing is integrated, so no force's switch costs any order; events of joints are located.
   bool finds_events() const override { return !system_.has_joint_events(); }
 

@@ -571,85 +571,44 @@ void System::set_memory(const Memory& memory) {
   }
 }
 
-void System::save(std::vector<double>& out) const {
+System::Restart System::save() const {
+  Restart out{.drivers = {}, .memory = memory(), .passed = passed_, .open = open_};
+  for (Sampler& s : out.memory.samplers) s.forget_before();
   for (const auto& d : model_.drivers)
     visit(
         [&](const auto& driver) {
-          out.insert(out.end(), {driver.motion.start, driver.motion.start_rate, driver.motion.start_time});
+          const auto& m = driver.motion;
+          out.drivers.push_back({m.start, m.start_rate, m.start_time});
         },
         d.element);
-  for (const auto& f : model_.forces)
-    visit(
-        [&]<class Force>(const Force& force) {
-          if constexpr (Force::has.trace) {
-            const auto m = force.memory();
-            out.insert(out.end(), m.begin(), m.end());
-          }
-        },
-        f.element);
-  for (std::size_t i = 0; i < samplers_.size(); ++i)
-    if (sampled(i) != nullptr) samplers_[i].save(out);
-  if (has_joint_events()) {
-    out.insert(out.end(), passed_.begin(), passed_.end());
-    for (std::size_t i = 0; i < open_.size(); ++i) {
-      out.push_back(open_[i]);
-      const auto m = latched_of(model_.joints[i].element);
-      out.insert(out.end(), m.begin(), m.end());
-    }
-  }
-  for (const auto& w : external_) out.insert(out.end(), w.begin(), w.end());
-  for (const auto& rut : ruts_) {
-    out.push_back(static_cast<double>(rut.first()));
-    out.push_back(static_cast<double>(rut.depths().size()));
-    out.insert(out.end(), rut.depths().begin(), rut.depths().end());
-  }
+  return out;
 }
 
-void System::restore(const double*& from, const double* end) {
-  const auto next = [&]() {
-    if (from == end) throw std::runtime_error("machine restart data end too early; they belong to another machine");
-    return *from++;
+void System::restore(const Restart& from) {
+  const Memory own = memory();
+  const Memory& to = from.memory;
+  const auto check = [](std::size_t size, std::size_t expected, const char* what) {
+    if (size != expected)
+      throw std::invalid_argument("restart: the state has " + std::to_string(size) + " " + what +
+                                  ", this machine has " + std::to_string(expected));
   };
-  for (auto& d : model_.drivers)
+  check(from.drivers.size(), model_.drivers.size(), "drivers");
+  check(to.external.size(), own.external.size(), "external wrenches");
+  check(to.samplers.size(), own.samplers.size(), "sampled controllers");
+  check(to.elements.size(), own.elements.size(), "numbers that forces and joints remember");
+  check(to.ruts.size(), own.ruts.size(), "ruts");
+  check(from.passed.size(), passed_.size(), "events");
+  check(from.open.size(), open_.size(), "joints that may open");
+  for (std::size_t i = 0; i < from.drivers.size(); ++i)
     visit(
         [&](auto& driver) {
           auto& m = driver.motion;
-          m.start = next(), m.start_rate = next(), m.start_time = next();
+          m.start = from.drivers[i].value, m.start_rate = from.drivers[i].rate, m.start_time = from.drivers[i].time;
         },
-        d.element);
-  for (auto& f : model_.forces)
-    visit(
-        [&]<class Force>(Force& force) {
-          if constexpr (Force::has.trace) {
-            auto m = force.memory();
-            for (auto& value : m) value = next();
-            force.set_memory(m);
-          }
-        },
-        f.element);
-  for (std::size_t i = 0; i < samplers_.size(); ++i)
-    if (sampled(i) != nullptr) samplers_[i].restore(from, end);
-  if (has_joint_events()) {
-    for (char& passed : passed_) passed = next() != 0;
-    for (std::size_t i = 0; i < open_.size(); ++i) {
-      open_[i] = next() != 0;
-      std::array<double, 3> m{};
-      for (double& value : m) value = next();
-      set_latched_of(model_.joints[i].element, m);
-    }
-  }
-  for (auto& w : external_)
-    for (auto& value : w) value = next();
+        model_.drivers[i].element);
+  set_memory(to);
+  passed_ = from.passed, open_ = from.open;
   ++wrench_changes_;
-  for (auto& rut : ruts_) {
-    const long first = static_cast<long>(next());
-    const double count = next();
-    if (!(count >= 0) || count > static_cast<double>(end - from))
-      throw std::runtime_error("machine restart data are damaged: a rut of " + std::to_string(count) + " points");
-    std::vector<double> depths(from, from + static_cast<std::ptrdiff_t>(count));
-    from += static_cast<std::ptrdiff_t>(count);
-    rut.restore(first, std::move(depths));
-  }
 }
 
 }  // namespace subsoil::mbd

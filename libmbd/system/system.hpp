@@ -226,13 +226,36 @@ class System {
     std::vector<Sampler> samplers;
     std::vector<double> elements;  ///< of forces, then of joints that may open
     std::vector<Rut> ruts;
+    bool operator==(const Memory&) const = default;
+    template <class A>
+    void archive(A& a) {
+      a("external wrenches", external)("controllers", samplers)("memories", elements)("ruts", ruts);
+    }
   };
   Memory memory() const;
   void set_memory(const Memory& memory);
-  /// Everything that a restart needs beside (t, q, q'): start values, ruts, wheels, wrenches; as plain numbers.
-  void save(std::vector<double>& out) const;
-  /// Takes back what save() wrote; advances `from` past it.
-  void restore(const double*& from, const double* end);
+  /// What a restart needs beside (t, q, q').
+  struct Restart {
+    struct DriverStart {
+      double value = 0, rate = 0, time = 0;
+      bool operator==(const DriverStart&) const = default;
+      template <class A>
+      void archive(A& a) {
+        a("start", value)("rate", rate)("time", time);
+      }
+    };
+    std::vector<DriverStart> drivers;
+    Memory memory;
+    std::vector<char> passed, open;  ///< events that came by time; joints
+    bool operator==(const Restart&) const = default;
+    template <class A>
+    void archive(A& a) {
+      a("drivers", drivers)("memory", memory)("passed", passed)("open", open);
+    }
+  };
+  Restart save() const;
+  /// Throws std::invalid_argument for one of another machine.
+  void restore(const Restart& from);
 
  private:
   void check_bodies() const;

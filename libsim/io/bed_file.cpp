@@ -195,10 +195,8 @@ void save_hdf5(const std::filesystem::path& path, const BedTable& bed) {
   file.commit();
 }
 
-BedTable load_hdf5(const std::filesystem::path& path) {
-  const StateReader file(path);
-  if (!file.has("bed/position"))
-    throw std::invalid_argument(path.string() + " holds no bed; beds are written by 'save:' in a scenario");
+BedTable bed_in(const StateReader& file) {
+  if (!file.has("bed/position")) throw std::invalid_argument("holds no bed; beds are written by 'save:' in a scenario");
   BedTable bed{file.get<std::int64_t>("bed/id"),
                file.get_vectors("bed/position"),
                file.get<double>("bed/radius"),
@@ -216,11 +214,19 @@ BedTable load_hdf5(const std::filesystem::path& path) {
       names.back() += c;
   for (const auto m : file.get<std::int32_t>("bed/material")) {
     if (m < 0 || static_cast<std::size_t>(m) >= names.size())
-      throw std::invalid_argument(
-          fmt::format("{}: names material {} of {}; the file is damaged", path.string(), m, names.size()));
+      throw std::invalid_argument(fmt::format("names material {} of {}; the file is damaged", m, names.size()));
     bed.material.push_back(names[static_cast<std::size_t>(m)]);
   }
   return bed;
+}
+
+BedTable load_hdf5(const std::filesystem::path& path) {
+  const StateReader file(path);
+  try {
+    return bed_in(file);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument(path.string() + ": " + error.what());
+  }
 }
 
 /// Which of the two, by suffix.

@@ -2,7 +2,7 @@
 #include <limits>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 
 namespace subsoil::sim {
 
@@ -29,13 +29,15 @@ class BlockMean {
   double trend() const;     ///< change over duration(); NaN below 6 blocks
   bool steady() const;      ///< true below 6 blocks: nothing is known
 
-  void archive(Archive& a) { a(blocks_, open_, length_, duration_, integral_); }
+  void archive(Archive& a) {
+    a("blocks", blocks_)("open", open_)("length", length_)("duration", duration_)("integral", integral_);
+  }
 
  private:
   struct Block {
     double duration = 0, integral = 0;
     double mean() const { return integral / duration; }
-    void archive(Archive& a) { a(duration, integral); }
+    void archive(Archive& a) { a("duration", duration)("integral", integral); }
   };
   struct Line {
     double change, interval;

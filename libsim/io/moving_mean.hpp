@@ -1,7 +1,7 @@
 #pragma once
 #include <deque>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 
 namespace subsoil::sim {
 
@@ -18,12 +18,12 @@ class MovingMean {
   bool full() const { return full_; }
   double length() const { return length_; }
   double mean() const;
-  void archive(Archive& a) { a(knots_, full_); }
+  void archive(Archive& a) { a("knots", knots_)("full", full_); }
 
  private:
   struct Knot {
     double time, integral;
-    void archive(Archive& a) { a(time, integral); }
+    void archive(Archive& a) { a("time", time)("integral", integral); }
   };
   double length_;
   std::deque<Knot> knots_;  ///< the first lies at or before the start of the interval

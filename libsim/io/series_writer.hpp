@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/io/disk.hpp"
 #include "libsim/io/series.hpp"
 
@@ -41,7 +41,7 @@ class IntervalMean {
   void add(double duration, std::span<const double> values);
   /// The means since the last take(); before any add() the values of the last sample again.
   const std::vector<double>& take();
-  void archive(Archive& a) { a(sum_, mean_, duration_); }
+  void archive(Archive& a) { a("sum", sum_)("mean", mean_)("duration", duration_); }
 
  private:
   std::vector<double> sum_, mean_;

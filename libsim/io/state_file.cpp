@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -50,10 +51,10 @@ std::int64_t checksum_of(const std::vector<std::string>& texts) {
 }
 
 /// Throws std::runtime_error where a dataset has another checksum than the one that it was written with.
-void compare(const std::filesystem::path& path, hid_t file, const std::string& name, std::int64_t sum) {
+void compare(hid_t file, const std::string& name, std::int64_t sum) {
   const auto kept = h5::whole_attribute(file, name, checksum_name);
   if (kept && *kept != sum)
-    throw std::runtime_error(fmt::format("{}: `{}` is not what was written: the file is damaged", path.string(), name));
+    throw std::runtime_error(fmt::format("`{}` is not what was written: the file is damaged", name));
 }
 
 /// With a checksum of its own: what a disk or a cable changed afterwards is refused when it is read.
@@ -87,6 +88,51 @@ void StateWriter::put_texts(const std::string& name, const std::vector<std::stri
   h5::status_of(impl_->file)->check();
 }
 
+namespace {
+
+/// Names of columns, how long each is, and all of them one behind the other.
+template <class T>
+struct Joined {
+  std::vector<std::string> names;
+  std::vector<std::int64_t> sizes;
+  std::vector<T> values;
+
+  Joined() = default;
+  explicit Joined(const std::map<std::string, std::vector<T>, std::less<>>& columns) {
+    for (const auto& [name, column] : columns) {
+      names.push_back(name), sizes.push_back(static_cast<std::int64_t>(column.size()));
+      values.insert(values.end(), column.begin(), column.end());
+    }
+  }
+  std::map<std::string, std::vector<T>, std::less<>> columns() const {
+    std::map<std::string, std::vector<T>, std::less<>> out;
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const std::int64_t size = k < sizes.size() ? sizes[k] : -1;
+      if (size < 0 || static_cast<std::size_t>(size) > values.size() - at)
+        throw std::runtime_error("the sizes of its columns do not belong to them; the file is damaged");
+      const auto from = values.begin() + static_cast<std::ptrdiff_t>(at);
+      out[names[k]].assign(from, from + static_cast<std::ptrdiff_t>(size));
+      at += static_cast<std::size_t>(size);
+    }
+    return out;
+  }
+};
+
+}  // namespace
+
+void StateWriter::put(const std::string& name, const Archive& archive) {
+  const Joined<double> numbers(archive.columns());
+  put_texts(name + "/names", numbers.names);
+  put(name + "/sizes", numbers.sizes);
+  put(name + "/numbers", numbers.values);
+  if (archive.texts().empty()) return;
+  const Joined<std::string> texts(archive.texts());
+  put_texts(name + "/names of texts", texts.names);
+  put(name + "/sizes of texts", texts.sizes);
+  put_texts(name + "/texts", texts.values);
+}
+
 void StateWriter::commit() {
   h5::close_file(impl_->file);
   put_in_place(impl_->path);
@@ -102,12 +148,11 @@ StateReader::StateReader(const std::filesystem::path& path) : impl_(new Impl{pat
 StateReader::~StateReader() = default;
 
 void StateReader::require_format(std::int64_t number, const std::vector<std::string>& known) const {
-  const std::string file = impl_->path.string();
   const auto refuse = [&](const std::string& what) {
-    throw std::runtime_error(fmt::format(
-        "{}: {}; this version reads states of format {}: continue with the version that wrote it, or start the "
-        "run anew",
-        file, what, number));
+    throw std::runtime_error(
+        fmt::format("{}; this version reads states of format {}: continue with the version that wrote it, or start the "
+                    "run anew",
+                    what, number));
   };
   if (!has("format")) refuse("is no state, or one from before states had a format number");
   if (const auto its = value<std::int64_t>("format"); its != number) refuse(fmt::format("is of format {}", its));
@@ -122,9 +167,9 @@ bool StateReader::has(const std::string& name) const { return h5::exists(impl_->
 
 template <StateNumber T>
 std::vector<T> StateReader::get(const std::string& name) const {
-  if (!has(name)) throw std::runtime_error(impl_->path.string() + " is no full state: it holds no " + name);
+  if (!has(name)) throw std::runtime_error("is no full state: it holds no " + name);
   std::vector<T> values = h5::read<T>(impl_->file, name);
-  compare(impl_->path, impl_->file, name, checksum_of(values.data(), values.size() * sizeof(T)));
+  compare(impl_->file, name, checksum_of(values.data(), values.size() * sizeof(T)));
   return values;
 }
 
@@ -132,8 +177,7 @@ template <StateNumber T>
 T StateReader::value(const std::string& name) const {
   const auto values = get<T>(name);
   if (values.size() != 1)
-    throw std::runtime_error(
-        fmt::format("{}: {} has {} values, one was expected", impl_->path.string(), name, values.size()));
+    throw std::runtime_error(fmt::format("{} has {} values, one was expected", name, values.size()));
   return values.front();
 }
 
@@ -144,16 +188,28 @@ std::vector<dem::Vec3> StateReader::get_vectors(const std::string& name) const {
   return values;
 }
 
+Archive StateReader::archive(const std::string& name) const {
+  Joined<double> numbers;
+  numbers.names = texts(name + "/names"), numbers.sizes = get<std::int64_t>(name + "/sizes");
+  numbers.values = get<double>(name + "/numbers");
+  Joined<std::string> text;
+  if (has(name + "/texts")) {
+    text.names = texts(name + "/names of texts"), text.sizes = get<std::int64_t>(name + "/sizes of texts");
+    text.values = texts(name + "/texts");
+  }
+  return {numbers.columns(), text.columns()};
+}
+
 std::vector<std::string> StateReader::texts(const std::string& name) const {
-  if (!has(name)) throw std::runtime_error(impl_->path.string() + " is no full state: it holds no " + name);
+  if (!has(name)) throw std::runtime_error("is no full state: it holds no " + name);
   std::vector<std::string> values = h5::read_text(impl_->file, name);
-  compare(impl_->path, impl_->file, name, checksum_of(values));
+  compare(impl_->file, name, checksum_of(values));
   return values;
 }
 
 std::string StateReader::text(const std::string& name) const {
   const std::vector<std::string> values = texts(name);
-  if (values.empty()) throw std::runtime_error(impl_->path.string() + ": " + name + " is empty: the file is damaged");
+  if (values.empty()) throw std::runtime_error(name + " is empty: the file is damaged");
   return values.front();
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/base/vec3.hpp"
 
 /// Full states, from which a run can start again: named arrays in a file of their own.
@@ -39,6 +40,7 @@ class StateWriter {
     put(name, std::span<const T>(&value, 1));
   }
   void put_vectors(const std::string& name, std::span<const dem::Vec3> values);
+  void put(const std::string& name, const Archive& archive);
   void put_text(const std::string& name, const std::string& text) { put_texts(name, {text}); }
   void put_texts(const std::string& name, const std::vector<std::string>& texts);
   /// States which arrays there are and what they hold; a change in either takes the next number.
@@ -50,6 +52,7 @@ class StateWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+/// What it throws leaves the file's name to whoever reads it, but where the file cannot be opened.
 class StateReader {
  public:
   explicit StateReader(const std::filesystem::path& path);
@@ -61,13 +64,14 @@ class StateReader {
   /// end in a slash: all of that group.
   void require_format(std::int64_t number, const std::vector<std::string>& known) const;
   bool has(const std::string& name) const;
-  /// Throws std::runtime_error naming file and array when it is missing or of another type.
+  /// Throws std::runtime_error naming the array when it is missing or of another type.
   template <StateNumber T>
   std::vector<T> get(const std::string& name) const;
   /// The one value of an array of length 1.
   template <StateNumber T>
   T value(const std::string& name) const;
   std::vector<dem::Vec3> get_vectors(const std::string& name) const;
+  Archive archive(const std::string& name) const;
   std::string text(const std::string& name) const;
   std::vector<std::string> texts(const std::string& name) const;
 

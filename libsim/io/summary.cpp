@@ -173,8 +173,9 @@ Json Summary::to_json() const {
 }
 
 void Summary::archive(Archive& a) {
-  for (Column& c : columns_) a(c);
-  a(from_, until_, reason_, duration_, whole_duration_, time_, period_, provisional_, warnings_);
+  for (Column& c : columns_) a("columns", c);
+  a("from", from_)("until", until_)("reason", reason_)("duration", duration_)("whole duration", whole_duration_)(
+      "time", time_)("period", period_)("provisional", provisional_)("warnings", warnings_);
 }
 
 void Summary::write(const std::filesystem::path& path) const { write_atomically(path, json_text(to_json(), 2) + "\n"); }

@@ -21,7 +21,7 @@ struct Extremes {
   double low = std::numeric_limits<double>::infinity(), low_time = 0;
   double high = -std::numeric_limits<double>::infinity(), high_time = 0;
   void take(double time, double value);
-  void archive(Archive& a) { a(low, low_time, high, high_time); }
+  void archive(Archive& a) { a("low", low)("low time", low_time)("high", high)("high time", high_time); }
 };
 
 /// Whether a signal is steady; null where too little is known.
@@ -79,14 +79,16 @@ class Summary {
   struct InWindow {
     BlockMean mean;
     Extremes steps, fine, coarse;
-    void archive(Archive& a) { a(mean, steps, fine, coarse); }
+    void archive(Archive& a) { a("mean", mean)("steps", steps)("fine", fine)("coarse", coarse); }
   };
   struct Column {
     SeriesColumn column;
     MovingMean fine{1e-3}, coarse{50e-3};
     Extremes fine_run, coarse_run;
     InWindow now, whole;  ///< up to now, and up to the last whole period
-    void archive(Archive& a) { a(fine, coarse, fine_run, coarse_run, now, whole); }
+    void archive(Archive& a) {
+      a("fine", fine)("coarse", coarse)("fine run", fine_run)("coarse run", coarse_run)("now", now)("whole", whole);
+    }
   };
   bool holds(double time) const { return time >= from_ && time <= until_; }
   double inside(double time, double duration) const;

@@ -61,9 +61,9 @@ std::vector<std::string> BodyWatch::look(const coupling::Simulation& simulation)
 }
 
 void BodyWatch::archive(Archive& a) {
-  a(begun_);
+  a("begun", begun_);
   for (Watched& one : all_)
-    for (bool& through : one.through) a(through);
+    for (bool& through : one.through) a("through", through);
 }
 
 }  // namespace subsoil::sim

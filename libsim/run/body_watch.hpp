@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/setup/world.hpp"
 
 namespace subsoil::sim {

@@ -329,8 +329,8 @@ void Columns::request(std::vector<mbd::Request>& out) const {
 
 void Columns::archive_histories(Archive& a) {
   if (histories_.empty()) return;  // runs without are kept as they always were
-  a(histories_, history_before_);
-  a(followed_before_, followed_to_);
+  a("histories", histories_)("history before", history_before_);
+  a("followed before", followed_before_)("followed to", followed_to_);
 }
 
 void Columns::take_machine(const mbd::Instant& at, std::span<double> row, bool means) {

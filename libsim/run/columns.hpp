@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/base/vec3.hpp"
 #include "libsim/io/series.hpp"
 #include "libsim/run/history.hpp"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libmbd/search/requests.hpp"
-#include "libsim/io/archive.hpp"
 #include "libsim/io/summary.hpp"
 
 namespace subsoil::sim {
@@ -49,8 +49,8 @@ class Crossings {
 
   void write(Summary& summary) const;
   void archive(Archive& a) {
-    a(list_, looked_at_, looked_, stopped_by_, stopped_at_);
-    if (!stops_.empty()) a(stops_);
+    a("list", list_)("looked at", looked_at_)("looked", looked_)("stopped by", stopped_by_)("stopped at", stopped_at_);
+    if (!stops_.empty()) a("stops", stops_);
   }
 
  private:
@@ -63,7 +63,7 @@ class Crossings {
     int side = 0;
     double value = 0;  ///< less the level, at the look before
     std::vector<double> times;
-    void archive(Archive& a) { a(side, value, times); }
+    void archive(Archive& a) { a("side", side)("value", value)("times", times); }
   };
   /// A condition: beyond the level for a while.
   struct Stop {
@@ -75,7 +75,7 @@ class Crossings {
     bool beyond = false;
     double since = 0;
     double value = 0;  ///< less the level, at the look before
-    void archive(Archive& a) { a(beyond, since, value); }
+    void archive(Archive& a) { a("beyond", beyond)("since", since)("value", value); }
   };
   bool pass(Crossing& c, double t, double value, const Locate& locate);
   void look(Stop& s, double t, double value, const Locate& locate);

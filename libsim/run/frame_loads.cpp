@@ -36,9 +36,11 @@ ContactLines contact_lines(const std::vector<dem::ContactRecord>& contacts, cons
 
 void archive_contacts(std::vector<dem::ContactRecord>& contacts, Archive& a) {
   std::size_t count = contacts.size();
-  a(count);
+  a("count", count);
   contacts.resize(count);
-  for (dem::ContactRecord& c : contacts) a(c.i, c.j, c.at_surface, c.point, c.normal, c.force, c.velocity);
+  for (dem::ContactRecord& c : contacts)
+    a("i", c.i)("j", c.j)("at surface", c.at_surface)("point", c.point)("normal", c.normal)("force", c.force)(
+        "velocity", c.velocity);
 }
 
 FacesOfMesh faces_of(const World& world, const SurfaceRecord& surface) {
@@ -96,8 +98,8 @@ std::vector<FrameField> FrameLoads::fields(Shown& shown, double elapsed) const {
 
 void FrameLoads::archive(Archive& a) {
   if (shown_.empty()) return;
-  a(before_);
-  for (Shown& s : shown_) a(s.impulse);
+  a("before", before_);
+  for (Shown& s : shown_) a("impulse", s.impulse);
 }
 
 }  // namespace subsoil::sim

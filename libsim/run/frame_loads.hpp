@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/io/run_writer.hpp"
 #include "libsim/setup/world.hpp"
 

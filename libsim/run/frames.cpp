@@ -82,9 +82,9 @@ void FrameOutput::list_period(ParticleTable& table) const {
   const dem::PeriodicBlock& block = moving.block();
   for (std::size_t i = 0; i < block.size(); ++i) {
     table.id.push_back(static_cast<std::int64_t>(i));
-    table.radius.push_back(block.radius(i));
-    table.density.push_back(block.mass(i) / dem::sphere_volume(block.radius(i)));
-    table.material.push_back(block.material(i));
+    table.radius.push_back(block.sphere(i).r);
+    table.density.push_back(dem::density(block.sphere(i)));
+    table.material.push_back(block.sphere(i).material);
     table.at_rest.push_back(moving.place_at_rest(static_cast<std::uint32_t>(i)));
   }
   table.period = moving.plan().direction * block.length;
@@ -222,10 +222,12 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
 }
 
 void FrameOutput::archive(Archive& a, bool needed) {
-  a(needed);
-  if (needed) archive_now(a);
-  if (needed && holds_contacts_) archive_contacts(now_.contacts, a);
-  loads_.archive(a);
+  a.group("frames", [&] {
+    a("needed", needed);
+    if (needed) archive_now(a);
+    if (needed && holds_contacts_) a.group("contacts", [&] { archive_contacts(now_.contacts, a); });
+    a("loads", loads_);
+  });
 }
 
 /// Spheres that lie on many processes are here only while a state is made of them.
@@ -238,14 +240,17 @@ void FrameOutput::archive_now(Archive& a) {
 }
 
 void FrameOutput::Instant::archive(Archive& a) {
-  a(t, rear, front);
-  a(spheres.id, spheres.radius, spheres.material, spheres.position, spheres.velocity, spheres.angular_velocity);
-  a(spheres.force, spheres.torque, spheres.contacts, spheres.bonds, values);
+  a("t", t)("rear", rear)("front", front);
+  a("id", spheres.id)("radius", spheres.radius)("material", spheres.material)("position", spheres.position)(
+      "velocity", spheres.velocity)("angular velocity", spheres.angular_velocity);
+  a("force", spheres.force)("torque", spheres.torque)("contacts", spheres.contacts)("bonds", spheres.bonds)("values",
+                                                                                                            values);
   std::size_t poses = surfaces.size(), states = bodies.size();
-  a(poses, states);
+  a("poses", poses)("states", states);
   surfaces.resize(poses), bodies.resize(states);
-  for (dem::Pose& p : surfaces) a(p.position, p.attitude.w, p.attitude.x, p.attitude.y, p.attitude.z);
-  for (mbd::BodyState& b : bodies) a(b.r.x, b.r.y, b.angle, b.v.x, b.v.y, b.omega);
+  for (dem::Pose& p : surfaces) a.group("surfaces", [&] { a("position", p.position)("attitude", p.attitude); });
+  for (mbd::BodyState& b : bodies)
+    a.group("bodies", [&] { a("r", b.r)("angle", b.angle)("v", b.v)("omega", b.omega); });
 }
 
 void FrameOutput::publish(RunProgress& progress) {

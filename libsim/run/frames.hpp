@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libsim/io/run_writer.hpp"
 #include "libsim/run/frame_loads.hpp"
 #include "libsim/run/mechanism_frames.hpp"

@@ -184,8 +184,9 @@ void History::take_time(const Piece& p, double sign) {
 }
 
 void History::archive(Archive& a) {
-  a(begun_, start_, t_, y_, value_, sum_, counted_, side_);
-  a(pieces_, peaks_);
+  a("begun", begun_)("start", start_)("t", t_)("y", y_)("value", value_)("sum", sum_)("counted", counted_)("side",
+                                                                                                           side_);
+  a("pieces", pieces_)("peaks", peaks_);
 }
 
 std::string unit_times_second(const std::string& unit) {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libmbd/search/requests.hpp"
-#include "libsim/io/archive.hpp"
 #include "libsim/scenario/sections/output.hpp"
 
 namespace subsoil::sim {
@@ -46,12 +46,12 @@ class History {
     /// Integral from s to 1.
     double integral_from(double s) const;
     double largest(double s, double sign) const;
-    void archive(Archive& archive) { archive(t, dt, y, a, b); }
+    void archive(Archive& to) { to("t", t)("dt", dt)("y", y)("a", a)("b", b); }
   };
   struct Peak {
     Piece piece;
     double largest = 0;  ///< of the piece, times the sign
-    void archive(Archive& a) { a(piece, largest); }
+    void archive(Archive& a) { a("piece", piece)("largest", largest); }
   };
   Piece piece_to(double t, double y, double middle) const;
   void take_mean(const Piece& p);

@@ -5,14 +5,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include "libdem/base/archive.hpp"
 #include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
-#include "libsim/io/archive.hpp"
 #include "libsim/scenario/load.hpp"
 
 namespace subsoil::sim {
 
-void Input::Piece::archive(Archive& a) { a(from, value, rate, once, twice); }
+void Input::Piece::archive(Archive& a) { a("from", from)("value", value)("rate", rate)("once", once)("twice", twice); }
 
 void Input::set(double t, double value, double rate) {
   // The integrals are those of what was in force until now.
@@ -22,7 +22,7 @@ void Input::set(double t, double value, double rate) {
   last_ = next, set_ = true;
 }
 
-void Input::archive(Archive& a) { a(set_, first_, last_, before_); }
+void Input::archive(Archive& a) { a("set", set_)("first", first_)("last", last_)("before", before_); }
 
 const Input::Piece* Input::piece_at(double t) const {
   if (!set_ || t < first_) return nullptr;

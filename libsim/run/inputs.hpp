@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libmbd/base/function.hpp"
 
 namespace subsoil::sim {
 
-class Archive;
 struct Loaded;
 
 /// A function of time of the scenario whose values come from outside while the simulation runs.

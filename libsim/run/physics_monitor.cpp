@@ -14,9 +14,8 @@ PhysicsMonitor::PhysicsMonitor(RunOutput& output) : o_(output), physics_(o_.s, o
 }
 
 void PhysicsMonitor::take_up(const SavedRun& saved) {
-  if (!saved.progress || saved.progress->energy_start.size() != 3) return;
-  const std::vector<double>& start = saved.progress->energy_start;
-  start_ = {.bed = start[0], .bed_gravity = start[1], .machine_potential = start[2]};
+  if (!saved.progress || !saved.progress->energy_start) return;
+  start_ = *saved.progress->energy_start;
   begun_ = true;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "libdem/base/archive.hpp"
 #include "libsim/run/body_watch.hpp"
 #include "libsim/run/physics_watch.hpp"
 #include "libsim/run/run_output.hpp"
@@ -24,10 +25,9 @@ class PhysicsMonitor : public StepObserver {
   double deepest() const { return deepest_; }  ///< overlap, m
   double fastest() const { return fastest_; }  ///< sphere, m/s
 
-  // A state holds these in an order of its own.
-  void archive_watches(Archive& a) { a(physics_, bodies_); }
-  void archive_extremes(Archive& a) { a(deepest_, fastest_); }
-  void archive_start(Archive& a) { a(start_.bed, start_.bed_gravity, start_.machine_potential); }
+  void archive(Archive& a) {
+    a("physics", physics_)("bodies", bodies_)("deepest", deepest_)("fastest", fastest_)("start", start_);
+  }
 
  private:
   void begin();

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/run/run_summary.hpp"
 #include "libsim/setup/world.hpp"
 
@@ -36,7 +36,10 @@ class PhysicsWatch {
   std::optional<Finding> start(const World& world) const;
   /// After a step whose energy was asked for. @param fastest of all spheres so far, m/s
   std::vector<Finding> look(const World& world, const EnergyStart& start, double fastest);
-  void archive(Archive& a) { a(looks_, most_present_, said_closure_, said_travel_, said_step_, said_outside_); }
+  void archive(Archive& a) {
+    a("looks", looks_)("most present", most_present_)("said closure", said_closure_)("said travel", said_travel_)(
+        "said step", said_step_)("said outside", said_outside_);
+  }
 
  private:
   std::optional<Finding> energy(const World& world, const EnergyStart& start);

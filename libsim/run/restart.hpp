@@ -2,10 +2,14 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/io/run_writer.hpp"
+#include "libsim/run/energy_start.hpp"
 #include "libsim/setup/world.hpp"
 
 namespace subsoil::sim {
@@ -15,17 +19,17 @@ struct RunProgress {
   Archive sums;                    ///< means, extremes, windows, schedules (Runner)
   std::uint64_t series_bytes = 0;  ///< of series.csv
   WrittenFrames frames;
-  ParticleTable particles;  ///< of the frames
-  std::vector<double>
-      energy_start;   ///< that the summary's energies count from (EnergyStart); none: of an older version
-  bool exact = true;  ///< a run that continues from here has the same bits
+  ParticleTable particles;                  ///< of the frames
+  std::optional<EnergyStart> energy_start;  ///< that the summary's energies count from; none: not yet known
+  bool exact = true;                        ///< a run that continues from here has the same bits
 };
 
 /// A run's full state: bed with contact histories, machine with its past and ruts, coupling, datum of the container.
 struct SavedRun {
   dem::Bed::State bed;
   std::shared_ptr<const dem::MovingBed> moving;  ///< null: there is none
-  std::vector<double> machine, coupling;
+  std::optional<mbd::Snapshot> machine;  ///< none: there is none
+  coupling::ExchangeState exchange;
   SoilReport soil;
   double container_shift = 0;
   double time = 0;       ///< s
@@ -47,7 +51,14 @@ void write_run(const std::filesystem::path& path, const SavedRun& saved);
 void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
               const coupling::Simulation& simulation, const RunProgress& progress);
 
-/// Throws std::runtime_error naming the file when it is no state.
+/// A file that is no state, a damaged one, or one of another format; what() begins with its name.
+struct StateFault : std::runtime_error {
+  StateFault(std::filesystem::path its_file, const std::string& text)
+      : std::runtime_error(text), file(std::move(its_file)) {}
+  std::filesystem::path file;
+};
+
+/// Throws StateFault.
 SavedRun read_run(const std::filesystem::path& file);
 
 /// Throws ScenarioError when the state has soil or a machine and the scenario has not, or the other way round.

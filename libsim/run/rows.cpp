@@ -63,8 +63,9 @@ void Rows::end_instant(bool machine_stands) {
 }
 
 void Rows::archive(Archive& a) {
-  a(before_, machine_before_, machine_now_, waiting_, means_);
-  a(held_until_, begun_, last_);
+  a("before", before_)("machine before", machine_before_)("machine now", machine_now_)("waiting", waiting_)("means",
+                                                                                                            means_);
+  a("held until", held_until_)("begun", begun_)("last", last_);
 }
 
 }  // namespace subsoil::sim

@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/io/series_writer.hpp"
 
 namespace subsoil::sim {
@@ -35,7 +35,7 @@ class Rows {
   struct Point {
     double t = 0;
     std::vector<double> values;
-    void archive(Archive& a) { a(t, values); }
+    void archive(Archive& a) { a("t", t)("values", values); }
   };
   double share_before(const Point& before, const Point& now, double t) const;
 

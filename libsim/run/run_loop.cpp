@@ -96,7 +96,7 @@ void RunLoop::open_output() {
   write_progress();
   if (request_.opened) request_.opened(request_.out);
   if (go_on_ == nullptr) return;
-  Archive sums = go_on_->sums;
+  Archive sums = go_on_->sums.to_read();
   archive(sums);
   o.frames->archive(sums, false);
   sums.end();
@@ -115,31 +115,22 @@ std::optional<std::uint64_t> RunLoop::kept_bytes() const {
 
 void RunLoop::archive(Archive& a) {
   RunOutput& o = output_;
-  a(o.frame_due, o.sample_due, o.state_due);
-  tools_.archive_due(a);
-  a(*o.summary, *o.rows);
-  tools_.archive_progress(a);
-  a(*o.crossings);
-  physics_.archive_watches(a);
+  a("frame due", o.frame_due)("sample due", o.sample_due)("state due", o.state_due)("tools", tools_);
+  a("summary", *o.summary)("rows", *o.rows)("crossings", *o.crossings)("physics", physics_);
   o.columns.archive_histories(a);
-  tools_.archive_outside(a);
-  a(o.values);
-  tools_.archive_looks(a);
-  a(start_time_);
-  physics_.archive_extremes(a);
-  a(steps_, state_due_since_);
-  tools_.archive_window(a);
-  physics_.archive_start(a);
+  a("values", o.values)("start time", start_time_)("steps", steps_)("state due since", state_due_since_);
   StepReport& step = world_.step;
-  a(step.limit.step, step.limit.cause, step.expected_speed);
-  a(step.accurate.step, step.accurate.error, step.accurate.contact, step.accurate.cause);
+  a("step limit step", step.limit.step)("step limit cause", step.limit.cause)("step expected speed",
+                                                                              step.expected_speed);
+  a("step accurate step", step.accurate.step)("step accurate error", step.accurate.error)(
+      "step accurate contact", step.accurate.contact)("step accurate cause", step.accurate.cause);
   archive_origin(a);
 }
 
 void RunLoop::archive_origin(Archive& a) {
-  a(request_.scenario, request_.sets);
+  a("request scenario", request_.scenario)("request sets", request_.sets);
   bool strict = request_.strict;
-  a(strict);
+  a("strict", strict);
   request_.strict = request_.strict || strict;
 }
 
@@ -147,8 +138,7 @@ void RunLoop::save(const std::filesystem::path& path) {
   RunProgress progress;
   archive(progress.sums);
   if (physics_.has_begun() || !world_.bed) {
-    const EnergyStart& start = physics_.energy_start();
-    progress.energy_start = {start.bed, start.bed_gravity, start.machine_potential};
+    progress.energy_start = physics_.energy_start();
   }
   output_.frames->archive(progress.sums, output_.frame_due.next() < simulation_.time());
   output_.frames->publish(progress);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libsim/base/live_line.hpp"
 #include "libsim/run/checkpoints.hpp"
 #include "libsim/run/output_folder.hpp"

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "libsim/io/summary.hpp"
+#include "libsim/run/energy_start.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/run/tool.hpp"
 #include "libsim/setup/world.hpp"
@@ -19,11 +20,6 @@ struct RunFacts {
   double wall_time = 0;
   long steps = 0, frames = 0;
   double deepest = 0;  ///< overlap, share of a radius
-};
-
-/// Terms of the energy balance when the run began, J.
-struct EnergyStart {
-  double bed = 0, bed_gravity = 0, machine_potential = 0;
 };
 
 void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& scenario, const RunRequest& request,

@@ -80,9 +80,8 @@ void look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunReque
 SavedRun read_state(const std::filesystem::path& file) {
   try {
     return read_run(file);
-  } catch (const std::exception& error) {
-    const std::string text = error.what();
-    throw ScenarioError(text.find(file.string()) != std::string::npos ? text : file.string() + ": " + text);
+  } catch (const StateFault& error) {
+    throw ScenarioError(error.what());
   }
 }
 
@@ -211,7 +210,7 @@ std::optional<SavedRun> latest_whole_state(const std::filesystem::path& folder, 
       if (!saved.progress || saved.time >= end) continue;
       path = file;
       return saved;
-    } catch (const std::exception& error) {
+    } catch (const StateFault& error) {
       spdlog::warn("warning: {}; the one before is taken", error.what());
     }
   }

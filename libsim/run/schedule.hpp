@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 
 namespace subsoil::sim {
 
@@ -37,7 +37,7 @@ class Schedule {
     while (every_ > 0 && time >= next_multiple() - early) ++count_, is = true;
     return is;
   }
-  void archive(Archive& a) { a(next_at_, count_); }
+  void archive(Archive& a) { a("next at", next_at_)("count", count_); }
 
  private:
   double next_multiple() const {

@@ -14,7 +14,7 @@
 namespace subsoil::sim {
 namespace {
 
-constexpr std::int64_t kSettlingFormat = 1;
+constexpr std::int64_t kSettlingFormat = 2;
 
 std::filesystem::path settling_file(const std::filesystem::path& folder) { return folder / "settling.h5"; }
 
@@ -36,9 +36,12 @@ std::optional<SavedSettling> SettlingCheckpoint::read() const {
       spdlog::warn("warning: {} is of another scenario: the bed settles from the start", file.string());
       return std::nullopt;
     }
-    return SavedSettling{{in.get<double>("settling/decisions"), in.get<double>("settling/run"), bed_state_of(in)},
-                         in.text("version"),
-                         in.text("instruction set")};
+    dem::SettleState state;
+    Archive settling = in.archive("settling");
+    state.archive(settling);
+    settling.end();
+    state.bed = bed_state_of(in);
+    return SavedSettling{std::move(state), in.text("version"), in.text("instruction set")};
   } catch (const std::exception& error) {
     spdlog::warn("warning: {}: {}; the bed settles from the start", file.string(), error.what());
     return std::nullopt;
@@ -55,8 +58,9 @@ void SettlingCheckpoint::keep(const dem::SettleState& state, const std::string& 
   out.put_text("scenario", scenario_);
   out.put_text("version", version());
   out.put_text("instruction set", instruction_set);
-  out.put("settling/decisions", state.decisions);
-  out.put("settling/run", state.run);
+  Archive settling;
+  const_cast<dem::SettleState&>(state).archive(settling);  // to write changes nothing
+  out.put("settling", settling);
   put_bed_state(out, state.bed);
   out.commit();
   clock_.restart();

@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "libdem/base/archive.hpp"
 #include "libsim/run/input_report.hpp"
 #include "libsim/run/inputs.hpp"
 #include "libsim/run/machine_fault.hpp"
@@ -41,7 +42,7 @@ struct Simulation::State::Impl {
   /// With the arrays. Others may ask at the same time.
   const SavedRun& complete() const {
     std::call_once(filled_, [this] {
-      if (saved.has_bed && saved.bed.ids.empty() && of_checkpoint) const_cast<SavedRun&>(saved).bed = bed.state();
+      if (saved.has_bed && saved.bed.spheres.empty() && of_checkpoint) const_cast<SavedRun&>(saved).bed = bed.state();
     });
     return saved;
   }
@@ -74,8 +75,8 @@ struct Simulation::Impl : StepObserver {
       return {motion.position + motion.velocity * s, turn * motion.attitude};
     }
     void archive(Archive& a) {
-      dem::Quaternion& q = motion.attitude;
-      a(motion.position, q.w, q.x, q.y, q.z, motion.velocity, motion.angular_velocity, from);
+      a("position", motion.position)("attitude", motion.attitude)("velocity", motion.velocity);
+      a("angular velocity", motion.angular_velocity)("from", from);
     }
   };
 
@@ -248,11 +249,11 @@ struct Simulation::Impl : StepObserver {
   /// What a state holds beside bed, machine and coupling.
   void archive(Archive& a) {
     long& steps = stepper.steps();
-    a(steps);
-    for (const auto& input : inputs.list()) a(*input);
+    a("steps", steps);
+    for (const auto& input : inputs.list()) a("input", *input);
     stepper.columns().archive_histories(a);
     std::vector<std::pair<int, GivenCourse>> list(courses.begin(), courses.end());
-    a(list);
+    a("courses", list);
     if (!a.reads()) return;
     for (const auto& [boundary, course] : courses) stepper.set_motion(boundary, {});
     courses.clear();
@@ -462,7 +463,7 @@ void Simulation::restore(const State& state) {
     throw std::invalid_argument("state: is of another scenario or other inputs; restore it where it was saved");
   d.leave_held();
   // Inputs and motions first: a machine takes its accelerations from them.
-  Archive numbers(saved.progress->sums.numbers(), saved.progress->sums.texts());
+  Archive numbers = saved.progress->sums.to_read();
   d.archive(numbers);
   numbers.end();
   const bool is_own = d.stepper.world().bed && state.impl_->bed.is_of(*d.stepper.world().bed);

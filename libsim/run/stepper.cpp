@@ -86,10 +86,10 @@ void Stepper::refresh_now() {
   if (world_.machine->integrator().partition().near_singular()) return;
   // To a state that is its own restoration: joints are closed to rounding after one or two.
   constexpr int most = 4;
-  std::vector<double> state = world_.machine->snapshot();
+  mbd::Snapshot state = world_.machine->snapshot();
   for (int k = 0; k < most && !machine_is_fresh_; ++k) {
     world_.machine->restore(state);
-    std::vector<double> again = world_.machine->snapshot();
+    mbd::Snapshot again = world_.machine->snapshot();
     machine_is_fresh_ = again == state;
     state = std::move(again);
   }
@@ -107,7 +107,7 @@ void Stepper::restore(const SavedRun& saved, const dem::Bed::Checkpoint* checkpo
   if (world_.moving && saved.moving) world_.moving->window = *saved.moving;
   sim::restore(saved, world_, simulation_, checkpoint);
   // A restoration begins where the machine stands: the second one at the state itself, as in refresh_now().
-  if (world_.machine) world_.machine->restore(saved.machine);
+  if (world_.machine) world_.machine->restore(saved.machine.value());
 }
 
 void Stepper::set_motion(int boundary, std::function<dem::Pose(double)> pose) {
@@ -132,7 +132,7 @@ void Stepper::set_motion(int boundary, std::function<dem::Pose(double)> pose) {
 
 // The simulation keeps its motions for good; a new one takes over its state, in the same place for the columns.
 void Stepper::replace_simulation() {
-  const std::vector<double> state = simulation_.save();
+  const coupling::ExchangeState state = simulation_.save();
   struct Standing {
     dem::Pose pose, before;
     dem::Vec3 velocity, angular_velocity;

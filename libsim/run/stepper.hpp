@@ -89,7 +89,7 @@ class Stepper {
   void take_step(const StepRequest& request);
   void refresh_machine();
   void replace_simulation();
-  bool has_stepped() const { return simulation_.save()[1] != 0; }
+  bool has_stepped() const { return simulation_.has_stepped(); }
   static coupling::SimulationOptions options_of(const Loaded& loaded, const World& world);
 
   const Loaded& loaded_;

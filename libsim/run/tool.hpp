@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/setup/world.hpp"
 
 namespace subsoil::sim {
@@ -25,7 +25,10 @@ struct Tool {
   double length = 0;          ///< m along the travel of what is below the surface, the longest so far
   double room = 0;            ///< m from its foremost point below the surface to the end of the soil
 
-  void archive(Archive& a) { a(touched, entry, along, travel, depth, length, room); }
+  void archive(Archive& a) {
+    a("touched", touched)("entry", entry)("along", along)("travel", travel)("depth", depth)("length", length)("room",
+                                                                                                              room);
+  }
 };
 
 /// Follows the tools and reports when their work is steady.
@@ -48,8 +51,8 @@ class ToolProgress {
   bool steady() const;      ///< all have travelled far enough
   bool at_the_end() const;  ///< one has come to the end of the soil
   void archive(Archive& a) {
-    for (Tool& tool : tools_) a(tool);
-    a(low_, high_, radius_);
+    for (Tool& tool : tools_) a("tool", tool);
+    a("low", low_)("high", high_)("radius", radius_);
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libsim/run/run_output.hpp"
 #include "libsim/run/surface_meeting.hpp"
 #include "libsim/run/tool.hpp"
@@ -26,12 +27,9 @@ class ToolMonitor : public StepObserver {
   /// A tool has travelled in soil and never come to steady work.
   bool never_steady() const { return window_ == Opening::pending && progress_.any_travelled(); }
 
-  // A state holds these in an order of its own.
-  void archive_due(Archive& a) { a(due_); }
-  void archive_progress(Archive& a) { a(progress_, walls_); }
-  void archive_outside(Archive& a) { a(outside_); }
-  void archive_looks(Archive& a) { a(looks_); }
-  void archive_window(Archive& a) { a(window_); }
+  void archive(Archive& a) {
+    a("due", due_)("progress", progress_)("walls", walls_)("outside", outside_)("looks", looks_)("window", window_);
+  }
 
  private:
   void follow(double t);

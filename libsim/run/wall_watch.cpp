@@ -47,7 +47,7 @@ void WallWatch::begin(const World& world, const dem::MovingBed& window) {
   const std::size_t count = window.block().size();
   lay_.assign(count, {});
   radius_ = 0;
-  for (std::size_t i = 0; i < count; ++i) radius_ += window.block().radius(i) / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) radius_ += window.block().sphere(i).r / static_cast<double>(count);
   for (const SurfaceRecord& r : world.surfaces) {
     const dem::Boundary& b = world.bed->boundary(r.boundary);
     if (r.owner != SurfaceRecord::Owner::container || !b.active || r.name == wall_name(0) || r.name == wall_name(1))
@@ -56,7 +56,7 @@ void WallWatch::begin(const World& world, const dem::MovingBed& window) {
     for (std::uint32_t i = 0; i < count; ++i) {
       Vec3 place = window.place_at_rest(i);
       place.x = 0.5 * (window.rear() + window.front());  // between the ends of the walls
-      if (lies_at(b, place, window.block().radius(i) + 2 * radius_)) wall.ids.push_back(i);
+      if (lies_at(b, place, window.block().sphere(i).r + 2 * radius_)) wall.ids.push_back(i);
     }
     walls_.push_back(std::move(wall));
   }

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libsim/io/archive.hpp"
+#include "libdem/base/archive.hpp"
 #include "libsim/setup/world.hpp"
 
 namespace subsoil::sim {
@@ -25,7 +25,7 @@ class WallWatch {
   std::vector<std::string> look(const World& world);
   /// Whether any was by the last look; unknown where the means never began.
   std::optional<bool> any_reached() const;
-  void archive(Archive& a) { a(walls_, lay_, radius_); }
+  void archive(Archive& a) { a("walls", walls_)("lay", lay_)("radius", radius_); }
 
  private:
   void begin(const World& world, const dem::MovingBed& window);
@@ -34,7 +34,7 @@ class WallWatch {
     std::string name;
     std::vector<std::uint32_t> ids;  ///< of the spheres that lay at it, rising
     bool reached = false;
-    void archive(Archive& a) { a(name, ids, reached); }
+    void archive(Archive& a) { a("name", name)("ids", ids)("reached", reached); }
   };
   std::vector<Wall> walls_;
   std::vector<Vec3> lay_;  ///< by id; in a moving bed of no matter

@@ -41,16 +41,14 @@ void advance(Scene& s, int steps) {
   }
 }
 
-/// How far the lists have come is the last of the scalars.
-std::size_t scalars_without_lists(const Bed& bed) { return 9 + 14 * static_cast<std::size_t>(bed.boundary_count()); }
-void drop_lists(const Bed& bed, Bed::State& state) { state.scalars.resize(scalars_without_lists(bed)); }
+void drop_lists(Bed::State& state) { state.parts.drop("lists"), state.parts.drop("since"); }
 
 /// Goes on in a fresh bed from a state as a file keeps it.
 Scene continued(const Law& law, Scene& from, Precision precision, bool with_lists) {
   Scene on = scene(law, false, precision);
   on.tool.place(on.bed);
   Bed::State state = from.bed.save();
-  if (!with_lists) drop_lists(on.bed, state);
+  if (!with_lists) drop_lists(state);
   on.bed.restore(state);
   return on;
 }
@@ -95,15 +93,28 @@ TEST(Restart, ListsThatDoNotBelongAreRefused) {
   Scene a = scene(law, true);
   advance(a, 50);
   const Bed::State good = a.bed.save();
-  const std::size_t lists = scalars_without_lists(a.bed);
-  ASSERT_GT(good.scalars.size(), lists + 100);
-  for (const int fault : {0, 1, 2}) {
+  ASSERT_GT(good.parts.columns().at("lists/places").size(), 100u);
+  const auto refused = [&](const std::function<void(Archive::Columns&)>& damage) {
     Bed::State state = good;
-    if (fault == 0) state.scalars.pop_back();
-    if (fault == 1) state.scalars.push_back(0);
-    if (fault == 2) state.scalars[lists] += 1;
+    Archive::Columns columns = good.parts.columns();
+    damage(columns);
+    state.parts = Archive(std::move(columns), good.parts.texts());
     Scene b = scene(law, false);
-    EXPECT_THROW(b.bed.restore(state), std::invalid_argument) << fault;
+    try {
+      b.bed.restore(state);
+    } catch (const std::invalid_argument&) {
+      return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(refused([](Archive::Columns&) {}));
+  EXPECT_TRUE(refused([](Archive::Columns& c) { c.at("lists/spheres")[0] += 1; }));
+  EXPECT_TRUE(refused([](Archive::Columns& c) { c["unknown"] = {1}; }));
+  // Each number of each field is needed, and none more; which field lacks one is named.
+  for (const auto& [name, column] : good.parts.columns()) {
+    if (column.empty()) continue;
+    EXPECT_TRUE(refused([&](Archive::Columns& c) { c.at(name).pop_back(); })) << name;
+    EXPECT_TRUE(refused([&](Archive::Columns& c) { c.at(name).push_back(0); })) << name;
   }
 }
 
@@ -187,9 +198,8 @@ TEST(Restart, AHistoryLeftOutIsSeen) {
   second.tool.place(second.bed);
   Bed::State state = straight.bed.save();
   ASSERT_FALSE(state.pairs.empty());
-  const std::size_t numbers = state.pairs.size() / (state.pair_ids.size() / 2);
-  for (std::size_t k = 0; k < state.pairs.size(); k += numbers) state.pairs[k] = 0;
-  drop_lists(straight.bed, state);
+  for (PairHistory& p : state.pairs) p.state.xi[0] = 0;
+  drop_lists(state);
   second.bed.restore(state);
   advance(straight, 100), advance(second, 100);
   double apart = 0;

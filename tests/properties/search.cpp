@@ -201,7 +201,7 @@ TEST(Search, TesterFindsADroppedHistory) {
   add_plane(lossy, {0, 0, 0}, {0, 1, 0});
   for (int n = 0; n < 500; ++n) bed.step(1e-4);
   Bed::State state = bed.save();
-  state.pair_ids.clear(), state.pairs.clear(), state.surface_ids.clear(), state.surfaces.clear();
+  state.pairs.clear(), state.surfaces.clear();
   lossy.restore(state);
   for (int n = 0; n < 100; ++n) bed.step(1e-4), lossy.step(1e-4);
   double apart = 0;

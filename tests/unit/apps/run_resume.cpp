@@ -165,7 +165,7 @@ TEST(Resume, ServoWithoutALag) {
 double settling_steps(const std::filesystem::path& out) {
   if (!std::filesystem::exists(out / "settling.h5")) return -1;
   const auto state = SettlingCheckpoint(out, text_of(out / "scenario.yaml")).read();
-  return state ? state->state.run.at(0) : -1;
+  return state ? static_cast<double>(state->state.steps) : -1;
 }
 
 /// Killed before the bed is at rest, three times: what has settled is not settled again. A kill that comes when the bed
@@ -212,7 +212,7 @@ TEST(Resume, ASettlingOfAnotherScenarioIsNotTaken) {
   const test::Scratch dir;
   const std::string scenario = with_bed("fill: random, material: soil, radius: 8 mm, count: 30"),
                     other = with_bed("fill: random, material: soil, radius: 7 mm, count: 30");
-  SettlingCheckpoint(dir.path(), scenario).keep({{1, 2}, {10, 10, 0}, {}}, "portable");
+  SettlingCheckpoint(dir.path(), scenario).keep({{1, 2}, 10, 10, 0, {}}, "portable");
   const auto state = SettlingCheckpoint(dir.path(), scenario).read();
   ASSERT_TRUE(state);
   EXPECT_EQ(state->state.decisions, (std::vector<double>{1, 2}));

@@ -140,8 +140,8 @@ TEST(RunWindow, WallsAreReachedByWhatMovesAtThemAndNotByWhatMovesElsewhere) {
   EXPECT_TRUE(watch.look(world).empty()) << "nothing has moved";
   dem::Bed::State state = world.bed->save();
   // Spheres of the first column, at wall -x, go up by 0.6 of a radius; they are below 5 % at the other walls.
-  for (std::size_t i = 0; i < state.ids.size() / 2; ++i)
-    if (state.spheres[11 * i] < 0.02) state.spheres[11 * i + 1] += 0.006;
+  for (dem::Sphere& s : state.spheres)
+    if (s.x.x < 0.02) s.x.y += 0.006;
   world.bed->restore(state);
   EXPECT_EQ(watch.look(world), std::vector<std::string>{"wall -x"});
   EXPECT_TRUE(watch.look(world).empty()) << "each wall once";

@@ -335,7 +335,8 @@ TEST(Exchange, ContinuesFromInsideAWindowWithTheSameBits) {
     for (long k = 0; k < 100; ++k) {
       if (k == save_at) {
         const dem::Bed::State soil = bed.save();
-        const std::vector<double> state = simulation.save(), of_machine = machine.snapshot();
+        const ExchangeState state = simulation.save();
+        const mbd::Snapshot of_machine = machine.snapshot();
         for (int later = 0; later < 30; ++later) simulation.step();
         bed.restore(soil), machine.restore(of_machine), simulation.restore(state);
       }

@@ -51,7 +51,33 @@ TEST(CoupledRun, ARestartBeforeTheFirstStepIsTheRunItself) {
 
 TEST(CoupledRun, AStateOfAnotherMachineIsRefused) {
   MovingTool run;
-  EXPECT_THROW(run.simulation->restore({0, 1, 2}), std::invalid_argument);
+  ExchangeState state = run.simulation->save();
+  state.window.pop_back();
+  EXPECT_THROW(run.simulation->restore(state), std::invalid_argument);
+  state = run.simulation->save();
+  state.servos.push_back({});
+  EXPECT_THROW(run.simulation->restore(state), std::invalid_argument);
+}
+
+// The bits of a restart are those of the value, and a file has those of its fields: none may be left out.
+TEST(CoupledRun, AFileKeepsAllOfASnapshot) {
+  MovingTool run;
+  run.run(50);
+  mbd::Snapshot s = run.machine->snapshot();
+  s.latched = 0.25, s.switches = {1, -1}, s.events = {{0.5, -1, 1}};
+  s.elements.passed = {1}, s.elements.open = {0, 1};
+  s.elements.memory.elements = {1, 2, 3};
+  s.elements.memory.ruts.emplace_back().press(0, 0.01, 0.02, 0.03);
+  s.elements.memory.samplers.emplace_back().start(0.5);
+  Archive written;
+  mbd::Snapshot(s).archive(written);
+  Archive read = written.to_read();
+  mbd::Snapshot back;
+  back.archive(read);
+  read.end();
+  EXPECT_GT(s.past.rates.size(), 0u);
+  EXPECT_EQ(back, s);
+  EXPECT_NE(back, mbd::Snapshot{});
 }
 
 TEST(CoupledRun, IdaAndAdamsMoultonAgree) {

@@ -59,7 +59,7 @@ const std::vector<InnerRoom> inner_rooms = {
     {"libdem/kernel/", {"libdem/base/", "libdem/particles/", "libdem/simd/", "libdem/laws/", "libdem/contacts/"}},
     {"libdem/bed.hpp",
      {"libdem/base/", "libdem/geometry/", "libdem/particles/", "libdem/laws/", "libdem/contacts/bond_record.hpp",
-      "libdem/contacts/contact_record.hpp"}},
+      "libdem/contacts/contact_record.hpp", "libdem/contacts/histories.hpp"}},
     {"libdem/bed_engine.hpp", {"libdem/bed.hpp"}},
     {"libdem/own_law.hpp", {"libdem/laws/", "libdem/kernel/"}},
     {"libdem/step/",

@@ -260,7 +260,9 @@ TEST(Clumps, RestartEndsWithTheSameBits) {
   add_bin(without, 0.08, 0.08);
   Bed::State state = heap(grains()).bed.save();
   EXPECT_THROW(without.restore(state), std::invalid_argument);
-  state.clumps[3] = 1e6;  // the first member of the first clump
+  Archive::Columns columns = state.parts.columns();
+  columns.at("clumps/first sphere")[0] = 1e6;
+  state.parts = Archive(std::move(columns), {});
   Heap other = heap(grains());
   EXPECT_THROW(other.bed.restore(state), std::invalid_argument);
 }

@@ -297,7 +297,7 @@ TEST(Periodic, SpheresThatComeAndLeaveKeepTheOthersHistories) {
   for (int step = 0; step < 100; ++step) a.step(1e-5), b.step(1e-5);
   const SphereSpec far{{0.05, 0.1, 0.1}, {}, {}, 1e-4, 1800, 0};
   b.add(std::span(&far, 1));
-  EXPECT_EQ(a.save().pair_ids.size(), b.save().pair_ids.size());
+  EXPECT_EQ(a.save().pairs.size(), b.save().pairs.size());
   EXPECT_EQ(b.remove_if([](const Sphere& s) { return s.r < 1e-3; }), 1u);
   for (int step = 0; step < 100; ++step) a.step(1e-5), b.step(1e-5);
   for (std::uint32_t id = 0; id < 792; ++id)

@@ -143,10 +143,14 @@ TEST(Machine, SnapshotOfAnotherMachineIsRefused) {
   one.add({.name = "stone", .mass = 2, .inertia = 1});
   Machine small(one), large(test::make_rig().model);
   small.start_from_pose(), large.start_from_pose();
-  EXPECT_EQ(refusal([&] { large.restore(small.snapshot()); }),
-            "machine restart data end too early; they belong to another machine");
-  EXPECT_EQ(refusal([&] { small.restore(large.snapshot()); }),
-            "machine restart data are longer than this machine; they belong to another machine");
+  EXPECT_EQ(refusal([&] { small.restore(Snapshot{}); }),
+            "restart: the state has 0 numbers of pose, this machine has 3");
+  for (const bool to_large : {false, true}) {
+    const std::string refused =
+        refusal([&] { to_large ? large.restore(small.snapshot()) : small.restore(large.snapshot()); });
+    EXPECT_TRUE(refused.starts_with("restart: the state has ")) << refused;
+    EXPECT_NE(refused.find(" numbers of pose, this machine has "), std::string::npos) << refused;
+  }
 }
 
 TEST(Machine, ColumnsHaveNamesUnitsAndValues) {

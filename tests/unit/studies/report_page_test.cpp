@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libdem/laws/wet.hpp"
+#include "libsim/io/state_file.hpp"
 #include "libsim/post/chains.hpp"
 #include "libsim/post/frames_file.hpp"
 #include "libsim/report/page.hpp"
@@ -225,7 +226,8 @@ TEST(Report, AFileThatTheHdf5LibraryComesToNoEndWithIsRefused) {
   test::write_file(path, bytes);
   setenv("SUBSOIL_LIMITS", "read-seconds=1", 1);
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_EXIT(read_run(path), testing::ExitedWithCode(exit_bad_input), "comes to no end with this file: it is damaged");
+  EXPECT_EXIT(StateReader(path).texts("run/texts"), testing::ExitedWithCode(exit_bad_input),
+              "comes to no end with this file: it is damaged");
   unsetenv("SUBSOIL_LIMITS");
 }
 
@@ -236,7 +238,8 @@ TEST(Report, AFileThatAsksForGigabytesIsRefusedWithoutThem) {
   const pid_t child = fork();
   if (child == 0) {
     try {
-      read_run(subsoil::test::source_dir() + "/tests/fuzz/corpus/state/asks-for-gigabytes.h5");
+      StateReader(subsoil::test::source_dir() + "/tests/fuzz/corpus/state/asks-for-gigabytes.h5")
+          .get<double>("run/sums");
     } catch (const std::exception&) {
       ::_exit(exit_bad_input);
     }

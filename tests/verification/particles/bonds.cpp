@@ -45,15 +45,11 @@ struct Machine {
   /// Gives both a motion from here on, for a time.
   void lead(const Vec3& v_1, const Vec3& v_2, const Vec3& w_1, const Vec3& w_2, double time) {
     Bed::State s = bed.save();
-    for (std::size_t k = 0; k < 2; ++k) {
-      const bool first = s.ids[2 * k] == 0;
-      const Vec3 &v = first ? v_1 : v_2, &w = first ? w_1 : w_2;
+    for (Sphere& one : s.spheres) {
+      const Vec3 &v = one.id == 0 ? v_1 : v_2, &w = one.id == 0 ? w_1 : w_2;
       // Velocities are of the middle of the step before: the place must have come by them.
-      for (std::size_t d = 0; d < 3; ++d) {
-        double* number = s.spheres.data() + 11 * k + d;
-        number[0] += (v[static_cast<int>(d)] - number[3]) * dt;
-        number[3] = v[static_cast<int>(d)], number[6] = w[static_cast<int>(d)];
-      }
+      one.x += (v - one.v) * dt;
+      one.v = v, one.w = w;
     }
     bed.restore(s);
     go(time);
@@ -209,11 +205,9 @@ TEST(Bond, SpringsTurnWithThePair) {
     const auto put = [&](long n) {
       Bed::State s = m.bed.save();
       const double t = static_cast<double>(n) * m.dt;
-      for (std::size_t k = 0; k < 2; ++k) {
-        const Vec3 start = m.now.position[static_cast<std::size_t>(s.ids[2 * k])], x = at(start, t);
-        const Vec3 v = (1 / m.dt) * (x - at(start, t - m.dt));
-        double* numbers = s.spheres.data() + 11 * k;
-        for (int d = 0; d < 3; ++d) numbers[d] = x[d], numbers[3 + d] = v[d], numbers[6 + d] = rate * axis[d];
+      for (Sphere& one : s.spheres) {
+        const Vec3 start = m.now.position[one.id];
+        one.x = at(start, t), one.v = (1 / m.dt) * (one.x - at(start, t - m.dt)), one.w = rate * axis;
       }
       m.bed.restore(s);
     };
@@ -316,8 +310,8 @@ struct Cantilever {
   /// Gravity pulls the first sphere too, however heavy it is.
   void hold() {
     Bed::State s = bed.save();
-    for (std::size_t k = 0; 2 * k < s.ids.size(); ++k)
-      if (s.ids[2 * k] == 0) std::fill_n(s.spheres.begin() + static_cast<std::ptrdiff_t>(11 * k), 9, 0.0);
+    for (Sphere& one : s.spheres)
+      if (one.id == 0) one.x = one.v = one.w = {};
     bed.restore(s);
   }
 };
