@@ -98,6 +98,16 @@ double RunFolder::of_summary(const std::string& column, const std::vector<std::s
   return number(path);
 }
 
+WindowNumbers RunFolder::window_numbers(const std::string& column, const WindowStatistics& rows) const {
+  const auto of = [&](const std::vector<std::string>& keys) { return of_summary(column, keys); };
+  WindowNumbers out{of({"mean in window"}), of({"interval of the mean, 95 %"}), of({"steps in window", "min"}),
+                    of({"steps in window", "max"}), true};
+  if (!std::isfinite(out.mean)) out.mean = rows.mean, out.half_width = rows.half_width;
+  if (!std::isfinite(out.least) || !std::isfinite(out.largest))
+    out.least = rows.least, out.largest = rows.largest, out.of_steps = false;
+  return out;
+}
+
 RunFolder read_run_folder(const std::filesystem::path& path, const std::optional<TimeWindow>& window) {
   if (!std::filesystem::is_directory(path))
     throw std::invalid_argument(path.string() + ": is no directory; name the result directory of a run");

@@ -11,6 +11,14 @@
 
 namespace subsoil::sim {
 
+/// A column over the window.
+struct WindowNumbers {
+  double mean;
+  double half_width;  ///< of the mean's interval, 95 %
+  double least, largest;
+  bool of_steps;  ///< the extremes are of all steps; else of the rows
+};
+
 /// What could be read of a result directory. A report draws what is there and names what is missing.
 struct RunFolder {
   std::filesystem::path path;
@@ -33,6 +41,8 @@ struct RunFolder {
   /// A number of a column over the window, as the summary has it of every step: of_summary("pull", {"mean in window"}).
   /// NaN where the window is not the summary's.
   double of_summary(const std::string& column, const std::vector<std::string>& keys) const;
+  /// Numbers of a column over `window`: the summary's, which take every step, or those of the rows where it has none.
+  WindowNumbers window_numbers(const std::string& column, const WindowStatistics& rows) const;
 };
 
 /// Reads a result directory. Throws std::invalid_argument for a path that is no directory, and for one that holds

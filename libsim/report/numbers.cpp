@@ -77,25 +77,6 @@ std::vector<Quantity> quantities(const RunFolder& run) {
   return out.list;
 }
 
-namespace {
-
-/// Over the window: from the summary, which takes every step, or else of the rows, whose extremes are called so.
-struct WindowNumbers {
-  double mean, half_width, deviation, least, largest;
-  const char* of_rows = "";
-};
-WindowNumbers window_numbers(const RunFolder& run, const std::string& column, const WindowStatistics& rows) {
-  const auto of = [&](const std::vector<std::string>& keys) { return run.of_summary(column, keys); };
-  WindowNumbers out{of({"mean in window"}), of({"interval of the mean, 95 %"}), rows.deviation,
-                    of({"steps in window", "min"}), of({"steps in window", "max"})};
-  if (!std::isfinite(out.mean)) out.mean = rows.mean, out.half_width = rows.half_width;
-  if (!std::isfinite(out.least) || !std::isfinite(out.largest))
-    out.least = rows.least, out.largest = rows.largest, out.of_rows = " of the rows";
-  return out;
-}
-
-}  // namespace
-
 std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Quantity>& all) {
   std::vector<ReportNumber> out;
   if (!run.series) return out;
@@ -108,12 +89,13 @@ std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Qua
     const auto add = [&](const std::string& what, double value, double half, const std::string& unit) {
       out.push_back({q.key, what, unit, value, half, run.window});
     };
-    const WindowNumbers n = window_numbers(run, q.column, s);
+    const WindowNumbers n = run.window_numbers(q.column, s);
     add("mean", n.mean, n.half_width, q.unit);
-    add("standard deviation of the rows", n.deviation, none, q.unit);
-    add(std::string("least") + n.of_rows, n.least, none, q.unit);
-    add(std::string("largest") + n.of_rows, n.largest, none, q.unit);
-    add(std::string("span") + n.of_rows, n.largest - n.least, none, q.unit);
+    add("standard deviation of the rows", s.deviation, none, q.unit);
+    const std::string of_rows = n.of_steps ? "" : " of the rows";
+    add("least" + of_rows, n.least, none, q.unit);
+    add("largest" + of_rows, n.largest, none, q.unit);
+    add("span" + of_rows, n.largest - n.least, none, q.unit);
     const TimeWindow whole{time.front(), time.back(), "the whole record"};
     const WindowStatistics record = statistics(time, values, whole, kind);
     const auto add_whole = [&](const char* what, double value) {
@@ -136,7 +118,7 @@ std::optional<WindowStatistics> draft_of(const RunFolder& run) {
     if (const int column = run.column(name); column >= 0) {
       WindowStatistics s = statistics(run.series->at("time"), run.series->values[static_cast<std::size_t>(column)],
                                       run.window, run.kind_of(static_cast<std::size_t>(column)));
-      const WindowNumbers n = window_numbers(run, name, s);
+      const WindowNumbers n = run.window_numbers(name, s);
       s.mean = n.mean, s.half_width = n.half_width;
       return s;
     }

@@ -54,8 +54,7 @@ double integral_at_ends(const Record& t, const Record& y, const WindowRows& rows
 }
 
 NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n, const TimeWindow& window,
-                  RowKind kind) {
-  const WindowStatistics s = statistics(time, values, window, kind);
+                  RowKind kind, const WindowStatistics& s) {
   const WindowRows rows = rows_in(time, window, kind);
   const auto begin = static_cast<std::ptrdiff_t>(rows.begin), end = static_cast<std::ptrdiff_t>(rows.end);
   const Record in_window(values.begin() + begin, values.begin() + end);
@@ -122,7 +121,9 @@ NumberOfRun of_path(const RunFolder& run, const SweepNumber& n, const TimeWindow
                                                              : nearest_distance(x, y, px, py));
     places.push_back(static_cast<double>(k));
   }
-  return {taken(places, distances, n, {.from = -1, .rule = ""}, RowKind::equal).value, no_number};
+  const TimeWindow all{.from = -1, .rule = ""};
+  return {taken(places, distances, n, all, RowKind::equal, statistics(places, distances, all, RowKind::equal)).value,
+          no_number};
 }
 
 }  // namespace
@@ -188,7 +189,13 @@ NumberOfRun take_number(const RunFolder& run, const SweepNumber& n) {
     const auto formula = make_formula_of(n.off_text, {"t"});
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::abs(values[i] - formula(&time[i]));
   }
-  return taken(time, values, n, window, run.kind_of(static_cast<std::size_t>(column)));
+  const RowKind kind = run.kind_of(static_cast<std::size_t>(column));
+  WindowStatistics s = statistics(time, values, window, kind);
+  if (n.off_text.empty() && !n.from && !n.until) {
+    const WindowNumbers of_run = run.window_numbers(n.column, s);
+    s.mean = of_run.mean, s.half_width = of_run.half_width, s.least = of_run.least, s.largest = of_run.largest;
+  }
+  return taken(time, values, n, window, kind, s);
 }
 
 }  // namespace subsoil::sim

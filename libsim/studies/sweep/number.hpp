@@ -38,8 +38,9 @@ struct SweepNumber {
          {"last", Take::last},
          {"rms", Take::rms},
          {"integral", Take::integral}},
-        "what is taken of the column's rows in the window, or of the distances from the points; means are over time: "
-        "columns of means count with their intervals, others by the trapezium rule; integral: likewise, of "
+        "what is taken of the column in the window, or of the distances from the points; mean, least, largest and span "
+        "over the run's own window are those of summary.json, of every step, others those of rows; means are over "
+        "time: columns of means count with their intervals, others by the trapezium rule; integral: likewise, of "
         "instants by parabolas through rows");
     v.text("off", off_text,
            "a formula in t (s), in SI units: what is taken is how far the column is off it, as the largest of |column "

@@ -182,6 +182,36 @@ TEST(SweepNumber, APathOfTheSummaryMayHoldUnitsWithASlash) {
     EXPECT_TRUE(std::isnan(at(none))) << none;
 }
 
+/// Mean, interval and extremes over the run's own window are the summary's, which has every step; other windows have
+/// rows.
+TEST(SweepNumber, OverTheWindowOfTheRunIsTheSummarys) {
+  RunFolder run;
+  run.series = Series{.columns = {{"time", "s"}, {"draft", "N"}}, .values = {{0, 1, 2, 3, 4}, {2, 4, 6, 4, 2}}};
+  run.summary = {{"columns",
+                  {{"draft",
+                    {{"mean in window", 4.25},
+                     {"interval of the mean, 95 %", 0.5},
+                     {"steps in window", {{"min", 1.5}, {"max", 7.5}}}}}}}};
+  run.window = {0, 4, "all"}, run.window_of_summary = true;
+  SweepNumber number;
+  number.column = "draft";
+  const auto taken = [&](SweepNumber::Take take) {
+    number.take = take;
+    return take_number(run, number).value;
+  };
+  EXPECT_EQ(taken(SweepNumber::Take::mean), 4.25);
+  EXPECT_EQ(take_number(run, number).half_width, 0.5);
+  EXPECT_EQ(taken(SweepNumber::Take::least), 1.5);
+  EXPECT_EQ(taken(SweepNumber::Take::largest), 7.5);
+  EXPECT_EQ(taken(SweepNumber::Take::span), 6.0);
+  EXPECT_EQ(taken(SweepNumber::Take::last), 2.0);
+  number.from = 1, number.until = 3;  // trapezium: (4 + 6) / 2 + (6 + 4) / 2 over 2 s
+  EXPECT_EQ(taken(SweepNumber::Take::mean), 5.0);
+  EXPECT_EQ(taken(SweepNumber::Take::largest), 6.0);
+  number.from.reset(), number.until.reset(), run.window_of_summary = false;
+  EXPECT_EQ(taken(SweepNumber::Take::mean), 4.0);  // 3 + 5 + 5 + 3 over 4 s
+}
+
 TEST(Pool, PlacesShareNoCore) {
   const std::vector<int> cores{0, 1, 2, 3, 8, 9, 10};
   const auto places = pool_places(cores, {.threads = 3});
