@@ -129,6 +129,10 @@ double parse_quantity(std::string_view text, std::string_view expected, std::opt
   return parse_quantities(text, expected, 1, n).front();
 }
 
+double parse_quantity_in(std::string_view text, std::string_view unit) {
+  return parse_unit(unit).from_si(parse_quantity(text, unit));
+}
+
 double parse_number(std::string_view text) { return parse_quantity(text, "1"); }
 
 }  // namespace subsoil::sim

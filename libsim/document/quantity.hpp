@@ -12,6 +12,9 @@ namespace subsoil::sim {
 /// a unit worth a number, such as percent). Throws UnitError with rule and cure.
 double parse_quantity(std::string_view text, std::string_view expected, std::optional<double> n = {});
 
+/// The same number in `unit` itself: 5 kPa of 5000 Pa.
+double parse_quantity_in(std::string_view text, std::string_view unit);
+
 /// As many numbers as asked for before one unit; `count` 0 takes any number of them.
 std::vector<double> parse_quantities(std::string_view text, std::string_view expected, std::size_t count,
                                      std::optional<double> n = {});

@@ -120,15 +120,17 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
   WatchSource source{.target = 0, .column = -1, .components = {}, .along = {}};
   std::vector<std::string> names;
   std::vector<std::size_t> inputs;
+  std::vector<Unit> units;  // a formula is of SI values; columns of monitors may be in other units
   for (const auto& [name, column] : watch.inputs) {
     names.push_back(name);
     inputs.push_back(find_or_throw(column, "output.monitor." + watch.name + ".of." + name, loaded));
+    units.push_back(parse_unit(columns_[inputs.back()].unit));
   }
   source.inputs = inputs;
-  source.formula = [formula = make_formula_of(watch.of, names), inputs,
+  source.formula = [formula = make_formula_of(watch.of, names), inputs, units, unit = parse_unit(watch.unit),
                     values = std::vector<double>(inputs.size())](std::span<const double> row) mutable {
-    for (std::size_t i = 0; i < inputs.size(); ++i) values[i] = row[inputs[i]];
-    return formula(values.data());
+    for (std::size_t i = 0; i < inputs.size(); ++i) values[i] = units[i].to_si(row[inputs[i]]);
+    return unit.from_si(formula(values.data()));
   };
   source.target = add(watch.name, watch.unit);
   source.averaged = is_mean(source.target);
@@ -153,7 +155,7 @@ void Columns::add_history(const Watch& watch, const Loaded& loaded) {
   rule.rising = watch.direction != CrossingDirection::falling;
   rule.falling = watch.direction != CrossingDirection::rising;
   try {
-    if (!watch.at.empty()) rule.level = parse_quantity(watch.at, unit);
+    if (!watch.at.empty()) rule.level = parse_quantity_in(watch.at, unit);
   } catch (const UnitError& error) {
     throw ScenarioError(loaded.where(path + ".at") + " = " + watch.at + ": " + error.what());
   }

@@ -19,7 +19,7 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
     c.column = columns.find_or_throw(s.column, path + ".column", loaded);
     const std::string& unit = columns.list()[c.column].unit;
     try {
-      c.level = s.at.empty() ? 0 : parse_quantity(s.at, unit);
+      c.level = s.at.empty() ? 0 : parse_quantity_in(s.at, unit);
     } catch (const UnitError& error) {
       throw ScenarioError(fmt::format("{} = {}: {}", loaded.where(path + ".at"), s.at, error.what()));
     }
@@ -35,7 +35,7 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
     Stop stop{.name = s.name, .sign = s.above.empty() ? -1 : 1, .held = s.held.value_or(0)};
     stop.column = columns.find_or_throw(s.column, path + ".column", loaded);
     try {
-      stop.level = parse_quantity(level, columns.list()[stop.column].unit);
+      stop.level = parse_quantity_in(level, columns.list()[stop.column].unit);
     } catch (const UnitError& error) {
       throw ScenarioError(fmt::format("{} = {}: {}", loaded.where(path + key), level, error.what()));
     }

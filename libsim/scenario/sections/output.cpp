@@ -160,9 +160,9 @@ class WatchList final : public Compound {
         watch.inputs.emplace_back(e.key, e.value.scalar);
       }
     });
-    inner.leaf({"unit", "SI unit of the value"}, [&](const Node& unit) {
-      if (unit.kind != Node::Kind::scalar || parse_unit(unit.scalar).to_si(1) != 1)
-        throw Refusal("must be an SI unit such as W or N m, since columns are in SI units");
+    inner.leaf({"unit", "of the column, such as W or kPa; the formula itself has SI values"}, [&](const Node& unit) {
+      if (unit.kind != Node::Kind::scalar) throw Refusal("must be a unit such as W or kPa");
+      static_cast<void>(parse_unit(unit.scalar));
       watch.unit = unit.scalar;
     });
   }

@@ -120,7 +120,7 @@ std::optional<double> number_in(const Node& tree, const std::string& path, const
   try {
     const std::string text = scaled_value(tree, path, 1);
     if (unit.empty()) return parse_quantity(text, "1");
-    return parse_unit(unit).from_si(parse_quantity(text, unit));
+    return parse_quantity_in(text, unit);
   } catch (const std::exception&) {
     return {};
   }

@@ -47,6 +47,37 @@ TEST(RunWatchFormula, IsTheFormulaOfTheRowsColumns) {
   }
 }
 
+// The column, what is made of it and levels are in the monitor's unit; a formula of it has SI values.
+constexpr const char* in_units = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {rod: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0.5 0 m}}
+  joints: {pin: {revolute: [ground, rod], at: 0 0 m}}
+output:
+  monitor:
+    speed: {formula: sqrt(u^2 + v^2), of: {u: rod.vx, v: rod.vy}, unit: m/s}
+    fast: {formula: s, of: {s: speed}, unit: km/h}
+    again: {formula: f, of: {f: fast}, unit: m/s}
+    way: {integral: fast}
+    slow: {time below: speed, at: 1 m/s}
+    slow too: {time below: fast, at: 1000 mm/s}
+time: {end: 1 s, stop when: {quick: {column: fast, above: 9 km/h}}}
+)";
+TEST(RunWatchFormula, IsInAnyUnit) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(in_units), dir / "out"), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  EXPECT_EQ(s.columns[static_cast<std::size_t>(s.find("fast"))].unit, "km/h");
+  EXPECT_EQ(s.columns[static_cast<std::size_t>(s.find("way"))].unit, "km/h s");
+  for (std::size_t i = 0; i < s.at("time").size(); ++i) {
+    ASSERT_NEAR(s.at("fast")[i], 3.6 * s.at("speed")[i], 1e-14 * s.at("fast")[i]);
+    ASSERT_NEAR(s.at("again")[i], s.at("speed")[i], 1e-14 * s.at("speed")[i]);
+    ASSERT_NEAR(s.at("slow too")[i], s.at("slow")[i], 1e-9);
+  }
+  EXPECT_GT(s.at("slow").back(), 0.05);
+  EXPECT_NEAR(s.at("speed").back(), 2.5, 1e-9) << "9 km/h";
+}
+
 // A block of 5 kg that a driver shakes by 10 mm at 30 Hz beside soil that it does not touch. With soil, forces are
 // means over a row: F v of these would be out of phase by half a row, and give power where there is none.
 constexpr const char* shaken = R"(subsoil: 1
@@ -148,7 +179,7 @@ TEST(RunWatchFormula, RefusalsNamePlaceRuleAndCure) {
   const auto says = [&](const std::string& set, const std::string& part) {
     EXPECT_NE(refused(set).find(part), std::string::npos) << refused(set);
   };
-  says("speed.unit=kW", "must be an SI unit such as W");
+  says("speed.unit=kX", "kX");
   says("speed.of.u=rod.vz", "no column 'rod.vz'; did you mean `rod.vx`?");
   says("speed.formula=sqrt(w)", "`w` is no name of a formula in u, v");
   says("speed.of=3", "must give names columns");
