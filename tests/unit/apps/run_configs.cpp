@@ -26,6 +26,7 @@ std::vector<std::string> cuts(const Scenario& s) {
   for (std::size_t i = 0; i < bed.layers.size(); ++i)
     sets.push_back("soil.bed.layers[" + std::to_string(i) + "].thickness=15 mm");
   if (bed.fill == Fill::random && !bed.layers.empty()) return sets;
+  if (bed.fill == Fill::random && bed.count) return {"soil.bed.count=500"};
   if (bed.fill == Fill::random) return {"soil.bed.depth=40 mm"};
   if (bed.settle) sets = {"soil.bed.settle={for: 3 ms}"};
   if (s.soil->container && s.soil->container->size.z > 1)
