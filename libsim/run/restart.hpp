@@ -28,7 +28,7 @@ struct RunProgress {
 struct SavedRun {
   dem::Bed::State bed;
   std::shared_ptr<const dem::MovingBed> moving;  ///< null: there is none
-  std::optional<mbd::Snapshot> machine;  ///< none: there is none
+  std::optional<mbd::Snapshot> machine;          ///< none: there is none
   coupling::ExchangeState exchange;
   SoilReport soil;
   double container_shift = 0;
