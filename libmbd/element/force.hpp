@@ -3,6 +3,7 @@
 #include <array>
 #include <concepts>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "libmbd/base/body.hpp"
@@ -72,11 +73,17 @@ struct ForceMembers {
                                       ///< gap_speed(scene): a bound on how fast it changes
   bool gaps = false;                  ///< gap_count(), gaps(scene, out): such gaps, one per point that may touch;
                                       ///< gap_speed(scene) of them all
-  bool stick = false;                 ///< can_stick(), hold(scene), pass_event(scene): friction that comes to rest
-  bool trace = false;                 ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
-  bool rut = false;                   ///< track, rut, commit(scene, ruts): accepted states change the ground
-  bool towing_spin = false;           ///< towing_spin(speed): angular velocity of its body in a tow
-  bool joint = false;                 ///< joint, attach(joint, row): its bodies are those of a joint
+  /// Friction that comes to rest, at stick_count() places k; see StickSlip:
+  /// hold(scene, k): falls through 0 where it changes; pass_event(scene, k): it does; sticks(k): what it is
+  /// grip(scene, k, force, mass), grip_limit(scene, k): sticks with that force on b (N), which may be so large
+  /// slip_acceleration(scene, k, q''): s'' of a solution (m/s^2)
+  bool stick = false;
+  /// touch(scene, k, closes): the gap k has passed 0. remembers(): whether something depends on that
+  bool touch = false;
+  bool trace = false;        ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
+  bool rut = false;          ///< track, rut, commit(scene, ruts): accepted states change the ground
+  bool towing_spin = false;  ///< towing_spin(speed): angular velocity of its body in a tow
+  bool joint = false;        ///< joint, attach(joint, row): its bodies are those of a joint
   /// state_count numbers that are integrated with the motion, from first_state
   /// of the scene's on: start_states(scene), state_rates(scene), and
   /// state_scales(), the size below which they do not matter to 1 in
@@ -90,17 +97,38 @@ struct ForceMembers {
                             ///< signals, -1 without
 };
 
+/// A force, or what it keeps its memory by: `template <class Self> using Memory`, which has the members that stand in
+/// ForceMembers from `initialise_from_pose` to `states`, gaps apart.
+template <class F>
+decltype(auto) remembering(F& force) {
+  if constexpr (requires { typename std::remove_const_t<F>::template Memory<F>; }) {
+    return typename std::remove_const_t<F>::template Memory<F>(force);
+  } else {
+    return (force);
+  }
+}
+
 namespace detail {
 template <class F>
 concept Sticks = requires(F f, const Scene scene) {
-  { f.can_stick() } -> std::same_as<bool>;
-  { f.hold(scene) } -> std::same_as<double>;
-  { f.pass_event(scene) } -> std::same_as<Changeover>;
+  { remembering(f).stick_count() } -> std::same_as<std::size_t>;
+  { remembering(f).hold(scene, std::size_t{}) } -> std::same_as<double>;
+  { remembering(f).pass_event(scene, std::size_t{}) } -> std::same_as<Changeover>;
+  { remembering(f).sticks(std::size_t{}) } -> std::same_as<bool>;
+  { remembering(f).grip_limit(scene, std::size_t{}) } -> std::same_as<double>;
+  { remembering(f).grip(scene, std::size_t{}, 1.0, 1.0) } -> std::same_as<double>;
+  { remembering(f).slip_acceleration(scene, std::size_t{}, std::span<const double>{}) } -> std::same_as<double>;
+  { remembering(f).remembers() } -> std::same_as<bool>;
+};
+template <class F>
+concept Touches = requires(F f, const Scene scene) {
+  { remembering(f).touch(scene, std::size_t{}, true) } -> std::same_as<Changeover>;
+  { remembering(f).remembers() } -> std::same_as<bool>;
 };
 template <class F>
 concept Traces = requires(F f, const Scene scene) {
-  f.begin_trace(scene);
-  f.set_memory(f.memory());
+  remembering(f).begin_trace(scene);
+  remembering(f).set_memory(remembering(f).memory());
 };
 template <class F>
 concept Ruts = requires(F f, const Scene scene, std::vector<Rut> ruts) {
@@ -111,9 +139,9 @@ concept Ruts = requires(F f, const Scene scene, std::vector<Rut> ruts) {
 template <class F>
 concept HasStates = requires(F f, const Scene scene) {
   f.first_state = std::size_t{0};
-  { f.start_states(scene) } -> std::same_as<std::array<double, F::state_count>>;
-  { f.state_rates(scene) } -> std::same_as<std::array<double, F::state_count>>;
-  { f.state_scales() } -> std::same_as<std::array<double, F::state_count>>;
+  { remembering(f).start_states(scene)[0] } -> std::convertible_to<double>;
+  { remembering(f).state_rates(scene)[0] } -> std::convertible_to<double>;
+  { remembering(f).state_scales()[0] } -> std::convertible_to<double>;
 };
 template <class F>
 concept HasProfiles = requires(const F f, const Scene scene, std::span<double> out) {
@@ -133,7 +161,7 @@ concept ForceHas = F::has.check == requires(const F f) {
   f.check();
 }
 &&F::has.prepare == requires(F f) { f.prepare(); }
-&&F::has.initialise_from_pose == requires(F f, const Scene scene) { f.initialise_from_pose(scene); }
+&&F::has.initialise_from_pose == requires(F f, const Scene scene) { remembering(f).initialise_from_pose(scene); }
 &&F::has.gap == requires(const F f, const Scene scene) {
   { f.gap(scene) } -> std::same_as<double>;
   { f.gap_speed(scene) } -> std::same_as<double>;
@@ -143,13 +171,23 @@ concept ForceHas = F::has.check == requires(const F f) {
   f.gaps(scene, out);
   { f.gap_speed(scene) } -> std::same_as<double>;
 }
-&&F::has.stick == Sticks<F>&& F::has.trace == Traces<F>&& F::has.rut == Ruts<F>&& F::has.towing_spin ==
-    requires(const F f) {
+&&F::has.stick == Sticks<F>&& F::has.touch == Touches<F>&& F::has.trace == Traces<F>&& F::has.rut ==
+    Ruts<F>&& F::has.towing_spin == requires(const F f) {
   { f.towing_spin(1.0) } -> std::same_as<double>;
 }
 &&F::has.joint == requires(F f) { f.joint.empty(); }
 &&F::has.states == HasStates<F>&& F::has.profiles == HasProfiles<F>&& F::has.controlled == Controlled<F>;
 }  // namespace detail
+
+/// How many states a force has: a constant of its type, or what its parameters ask for.
+template <class F>
+std::size_t state_count_of(const F& f) {
+  if constexpr (requires { remembering(f).state_count(); }) {
+    return remembering(f).state_count();
+  } else {
+    return F::state_count;
+  }
+}
 
 /// A force: wrenches on the bodies that it names, with its account of energy and its columns.
 template <class F>

@@ -32,13 +32,13 @@ struct Limits {
   /// Room to the nearer stop, negative in contact.
   double gap(double x) const { return std::fmin(x - least, largest - x); }  // fmin passes over a limit that is NaN
 
-  /// Force on the measure, positive where it makes x grow.
+  /// Force on the measure, positive where it makes x grow, with the b that the impact has begun with.
   struct Push {
     double force = 0;
     ForcePower power{};
   };
-  Push at(double x, double rate) const {
-    const HuntCrossleyForce::Push low = law.at(least - x, -rate), high = law.at(x - largest, rate);
+  Push at(double x, double rate, double damping) const {
+    const HuntCrossleyForce::Push low = law.at(least - x, -rate, damping), high = law.at(x - largest, rate, damping);
     return {low.force - high.force, {low.stored + high.stored, low.lost + high.lost, 0}};
   }
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libmbd/element/contact_law.hpp"
+#include "libmbd/element/touch_memory.hpp"
 
 namespace subsoil::mbd {
 
@@ -13,7 +13,15 @@ enum class DiskSide { outside, inside };
 /// Outside the direction is lost at L = 0, where one disk has passed into the other's centre: the force refuses.
 /// Law and energy: see ContactLaw.
 struct DiskContact {
-  static constexpr ForceMembers has{.check = true, .gap = true};
+  template <class Self>
+  using Memory = ContactMemory<Self>;
+  static constexpr ForceMembers has{.check = true,
+                                    .initialise_from_pose = true,
+                                    .gap = true,
+                                    .stick = true,
+                                    .touch = true,
+                                    .trace = true,
+                                    .states = true};
   static constexpr auto columns = ContactLaw::columns;
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
@@ -21,6 +29,8 @@ struct DiskContact {
   double radius_b = std::numeric_limits<double>::quiet_NaN();
   DiskSide side = DiskSide::outside;
   ContactLaw law{};
+  std::vector<Touch> touches{};  // see ContactMemory
+  std::size_t first_state = 0;
 
   template <class V>
   void describe(V& v) {
@@ -42,17 +52,19 @@ struct DiskContact {
       throw std::invalid_argument("the second radius must be less than the first for a disk inside a bore");
   }
 
-  double gap(const Scene& scene) const { return touch(scene).gap; }
+  double gap(const Scene& scene) const { return point(scene).gap; }
+  std::size_t gap_count() const { return 1; }
+  ContactPlace place(const Scene& scene, std::size_t) const { return {body_a, body_b, point(scene)}; }
   double gap_speed(const Scene& scene) const {
     return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
   }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
-    return law.push(scene, body_a, body_b, touch(scene), loads, values);
+    return remembering(*this).push(scene, 0, place(scene, 0), loads, values);
   }
 
  private:
-  ContactPoint touch(const Scene& scene) const {
+  ContactPoint point(const Scene& scene) const {
     const BodyState& b = body_of(scene, body_b);
     const LineOfAction l(body_of(scene, body_a), p_a, b, p_b);
     const bool inside = side == DiskSide::inside;

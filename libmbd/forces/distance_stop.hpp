@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libmbd/element/force_geometry.hpp"
-#include "libmbd/element/limits.hpp"
+#include "libmbd/element/touch_memory.hpp"
 
 namespace subsoil::mbd {
 
@@ -10,11 +10,15 @@ namespace subsoil::mbd {
 /// in line with the two points, pushing them apart (positive) below `least`, together above `largest`. k [N/m^n],
 /// b [s/m]. Refuses at L = 0 within `least`, where there is no direction. Law and energy: see HuntCrossleyForce.
 struct DistanceStop {
-  static constexpr ForceMembers has{.check = true, .gap = true};
+  template <class Self>
+  using Memory = StopMemory<Self>;
+  static constexpr ForceMembers has{
+      .check = true, .initialise_from_pose = true, .gap = true, .touch = true, .trace = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"distance", "m"}, {"gap", "m"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
   Limits limits{};
+  double impact_damping = -1;  // see StopMemory
 
   template <class V>
   void describe(V& v) {
@@ -34,9 +38,11 @@ struct DistanceStop {
     return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
   }
 
+  double rate(const Scene& scene) const { return line(scene).rate; }
+
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const LineOfAction l = line(scene);
-    const Limits::Push p = limits.at(l.length, l.rate);
+    const Limits::Push p = limits.at(l.length, l.rate, remembering(*this).damping());
     if (p.force > 0 && !(l.length > 0))
       throw std::runtime_error("distance stop has length 0, so no direction; use a stiffer stop");
     const Vec2 on_b = p.force * l.e;

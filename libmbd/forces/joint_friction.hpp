@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "libmbd/element/force.hpp"
+#include "libmbd/element/stick_slip.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 
@@ -24,16 +25,12 @@ namespace subsoil::mbd {
 /// Without a stick stiffness there is no sticking: below v_reg the joint creeps, v ~ v_reg F/(mu_s N), which the
 /// reported sliding speed shows. The maximum friction is then not mu_s N: at the default speeds 0.963 of it with mu_k =
 /// 0.6 mu_s, and none of mu_s is left where v_s is below v_reg (largest_mu()). With one, k [N/m], the joint either
-/// slides or sticks:
-///   slides (sigma = +-1, the sense of v)  F = -sigma mu(|v|) N - c v          until v = 0, where it sticks
+/// slides or sticks (StickSlip), -c v beside either:
+///   slides (sigma = +-1, the sense of v)  F = -sigma mu(|v|) N - c v
 ///   sticks                                F = -k (s - s_0) - d v - c v   until |k (s - s_0) + d v| = mu_s N
-/// Both ends are events, located in time. Surfaces that slide are strained by their friction, so the spring does not
-/// begin at 0: s_0 is such that F holds the joint at rest as it begins to stick, s'' = 0, or as much of F as mu_s N
-/// allows. Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0; left out it is critical,
-/// 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed). A load that
-/// jumps by D then has the bristle carry up to (1 + e^-2) D. It holds for any time within mu_s N/k of s_0. The strain k
-/// (s
-/// - s_0)^2/2 is of the heat of sliding: taken from it as the joint begins to stick, given back as it slides.
+/// A load that jumps by D has the bristle carry up to (1 + e^-2) D. It holds for any time within mu_s N/k of s_0. The
+/// strain k (s - s_0)^2/2 is of the heat of sliding: taken from it as the joint begins to stick, given back as it
+/// slides.
 /// Validity: the reaction depends on the friction and the friction on the reaction: both are solved together (see
 /// Partition::accelerate), which has no answer where the joint locks itself, and the run then stops.
 /// Energy: sliding: lost rate = -F v >= 0, nothing is stored; sticking: stored = k (s - s_0)^2/2, lost rate (c + d)
@@ -59,12 +56,7 @@ struct JointFriction {
   bool slides = false;
   std::array<double, 2> p_b{0, 0};
   double angle_a = 0;
-  // What it remembers where it can stick:
-  int sliding = 0;      ///< 0 sticks, else the sense in which it slides
-  double stuck_at = 0;  ///< the way at which the spring is free (m)
-  double damping = 0;   ///< while it sticks (N s/m)
-  /// Of mu_s N that the spring begins with at the most: a joint that cannot be held has to be seen sliding.
-  static constexpr double most_of_grip = 1 - 1e-4;
+  StickSlip surfaces{};  ///< where it can stick
 
   template <class V>
   void describe(V& v) {
@@ -129,7 +121,7 @@ struct JointFriction {
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const Contact c = contact(scene);
     const double f = force(c);
-    const bool sticks = can_stick() ? sliding == 0 : std::abs(c.v) < regularisation_speed;
+    const bool sticks = can_stick() ? surfaces.sticks() : std::abs(c.v) < regularisation_speed;
     if (slides) {
       loads.add(body_b, c.arm_b, f * c.e);
       loads.add(body_a, c.arm_a, -f * c.e);
@@ -139,8 +131,8 @@ struct JointFriction {
       loads.add_wrench(body_a, 0, 0, -radius * f);
       values = {0, radius * f, c.v, c.normal, sticks ? 1.0 : 0.0};
     }
-    if (!can_stick() || sliding != 0) return {0, -f * c.v, 0};
-    return {stored(c), (viscous + damping) * c.v * c.v, 0};
+    if (!can_stick() || !surfaces.sticks()) return {0, -f * c.v, 0};
+    return {surfaces.stored(stick_stiffness, c.s), (viscous + surfaces.damping) * c.v * c.v, 0};
   }
 
   // mu over v: beyond 3 v_s nothing is left of what it has more at rest (1.2e-4), and a step across sees none of it.
@@ -155,10 +147,11 @@ struct JointFriction {
     return nodes;
   }
 
-  bool sticks() const { return can_stick() && sliding == 0; }
-  /// Force on b that the bristle may have (N), s'' of a solution (m/s^2).
-  double grip_limit(const Scene& scene) const { return mu_s * contact(scene).normal; }
-  double slip_acceleration(const Scene& scene, std::span<const double> accelerations) const {
+  bool remembers() const { return can_stick(); }
+  std::size_t stick_count() const { return can_stick(); }
+  bool sticks(std::size_t) const { return can_stick() && surfaces.sticks(); }
+  double grip_limit(const Scene& scene, std::size_t) const { return mu_s * contact(scene).normal; }
+  double slip_acceleration(const Scene& scene, std::size_t, std::span<const double> accelerations) const {
     const auto of = [&](int body) {
       std::array<double, 3> of_body{};
       for (int k = 0; body > 0 && k < 3; ++k)
@@ -173,46 +166,28 @@ struct JointFriction {
     return dot(c.e, Vec2{b[0] - a[0], b[1] - a[1]}) + b[2] * cross(c.arm_b, c.e) - a[2] * cross(c.arm_a, c.e) +
            omega_a * omega_a * dot(c.e, c.arm_a) - omega_b * omega_b * dot(c.e, c.arm_b);
   }
-  /// Sticks from now on with that force on b, and damped for that mass along s; returns what its spring stores (J).
-  double grip(const Scene& scene, double force, double mass) {
+  double grip(const Scene& scene, std::size_t, double force, double mass) {
     const Contact c = contact(scene);
-    damping = std::isnan(stick_damping) ? 2 * std::sqrt(stick_stiffness * mass) : stick_damping;
-    stuck_at = c.s + (force + damping * c.v) / stick_stiffness;
-    return stored(c);
+    return surfaces.grip(stick_stiffness, c.s, c.v, force, mass, stick_damping);
   }
 
-  /// Falls through 0 where it changes between sliding and sticking.
-  double hold(const Scene& scene) const {
-    if (!can_stick()) return 1;
+  double hold(const Scene& scene, std::size_t) const {
     const Contact c = contact(scene);
-    // A speed of rounding's size, as it begins to slide, is not the end of sliding.
-    return sliding == 0 ? mu_s * c.normal - std::abs(spring(c)) : sliding * c.v + 1e-12;
+    return surfaces.hold(stick_stiffness, c.s, c.v, mu_s * c.normal);
   }
-  Changeover pass_event(const Scene& scene) {
+  Changeover pass_event(const Scene& scene, std::size_t) {
     const Contact c = contact(scene);
-    if (sliding * c.v < -rest_speed) {  // an impact has turned it
-      sliding = -sliding;
-      return {0, true};
-    }
-    if (sliding != 0) {
-      sliding = 0, stuck_at = c.s;
-      return {};
-    }
-    sliding = (std::abs(c.v) > rest_speed ? c.v : -spring(c)) > 0 ? 1 : -1;
-    return {stored(c), true};
+    return surfaces.pass_event(stick_stiffness, c.s, c.v);
   }
   void initialise_from_pose(const Scene& scene) { begin_trace(scene); }
-  /// Slides if it moves, else sticks where it is.
   void begin_trace(const Scene& scene) {
     const Contact c = contact(scene);
-    sliding = std::abs(c.v) < rest_speed ? 0 : c.v > 0 ? 1 : -1;
-    stuck_at = c.s, damping = std::isnan(stick_damping) ? 0 : stick_damping;
+    surfaces.begin(c.s, c.v, stick_damping);
   }
-  std::array<double, 3> memory() const { return {static_cast<double>(sliding), stuck_at, damping}; }
-  void set_memory(const std::array<double, 3>& m) { sliding = static_cast<int>(m[0]), stuck_at = m[1], damping = m[2]; }
+  std::array<double, 3> memory() const { return surfaces.memory(); }
+  void set_memory(const std::array<double, 3>& m) { surfaces.set_memory(m); }
 
  private:
-  static constexpr double rest_speed = 1e-9;  // m/s
   /// Of the surfaces: way and speed of b's on a's, force that presses them; of a slide also moment arms and direction.
   struct Contact {
     double s, v, normal;
@@ -233,15 +208,13 @@ struct JointFriction {
             arm_b,
             e};
   }
-  double spring(const Contact& c) const { return -stick_stiffness * (c.s - stuck_at) - damping * c.v; }
-  double stored(const Contact& c) const { return 0.5 * stick_stiffness * (c.s - stuck_at) * (c.s - stuck_at); }
   double mu(double v) const {
     const double x = v / stribeck_speed;
     return mu_k + (mu_s - mu_k) * std::exp(-x * x);
   }
   double force(const Contact& c) const {
-    if (can_stick() && sliding == 0) return spring(c) - viscous * c.v;
-    const double sense = can_stick() ? sliding : std::tanh(c.v / regularisation_speed);
+    if (can_stick() && surfaces.sticks()) return surfaces.spring(stick_stiffness, c.s, c.v) - viscous * c.v;
+    const double sense = can_stick() ? surfaces.sliding : std::tanh(c.v / regularisation_speed);
     return -mu(c.v) * c.normal * sense - viscous * c.v;
   }
 };

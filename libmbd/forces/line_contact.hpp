@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libmbd/element/contact_law.hpp"
+#include "libmbd/element/touch_memory.hpp"
 
 namespace subsoil::mbd {
 
@@ -10,13 +10,23 @@ namespace subsoil::mbd {
 /// C: centre of the disk on b, R >= 0 its radius [m], 0 for a point. Forces act at C - R n, the disk's lowest point:
 /// the moment arm of friction is R exactly, at any depth. The line has no ends. Law and energy: see ContactLaw.
 struct LineContact {
-  static constexpr ForceMembers has{.check = true, .gap = true};
+  template <class Self>
+  using Memory = ContactMemory<Self>;
+  static constexpr ForceMembers has{.check = true,
+                                    .initialise_from_pose = true,
+                                    .gap = true,
+                                    .stick = true,
+                                    .touch = true,
+                                    .trace = true,
+                                    .states = true};
   static constexpr auto columns = ContactLaw::columns;
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
   double angle_a = 0;
   double radius = 0;
   ContactLaw law{};
+  std::vector<Touch> touches{};  // see ContactMemory
+  std::size_t first_state = 0;
 
   template <class V>
   void describe(V& v) {
@@ -33,17 +43,19 @@ struct LineContact {
     if (!(radius >= 0)) throw std::invalid_argument("radius must not be negative; 0 is a point");
   }
 
-  double gap(const Scene& scene) const { return touch(scene).gap; }
+  double gap(const Scene& scene) const { return point(scene).gap; }
+  std::size_t gap_count() const { return 1; }
+  ContactPlace place(const Scene& scene, std::size_t) const { return {body_a, body_b, point(scene)}; }
   double gap_speed(const Scene& scene) const {
     return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
   }
 
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
-    return law.push(scene, body_a, body_b, touch(scene), loads, values);
+    return remembering(*this).push(scene, 0, place(scene, 0), loads, values);
   }
 
  private:
-  ContactPoint touch(const Scene& scene) const {
+  ContactPoint point(const Scene& scene) const {
     const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);
     const Vec2 normal{-std::sin(a.angle + angle_a), std::cos(a.angle + angle_a)}, centre = b.point_in_world(p_b);
     return {dot(normal, centre - a.r - a.vector_in_world(p_a)) - radius, normal, centre - radius * normal};

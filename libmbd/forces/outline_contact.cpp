@@ -35,22 +35,22 @@ void OutlineContact::prepare() {
       throw std::invalid_argument(
           "a radius of " + std::to_string(radius) + " m does not fit into the curve's hollow of radius " +
           std::to_string(one->narrowest_hollow()) + " m; take a smaller one, or widen the hollow");
-  list_places();
-  if (places.empty())
+  list_sites();
+  if (sites.empty())
     throw std::invalid_argument(
         "two outlines that are both curves or flat have no point that can touch; give one of them as a polygon or "
         "disk, or a flat's partner as a closed profile");
 }
 
 /// The corners of both; a disk alone against anything but a disk is enough, and of two disks the second.
-void OutlineContact::list_places() {
-  places.clear();
+void OutlineContact::list_sites() {
+  sites.clear();
   const auto add = [&](bool of_second, const Outline& own, const Outline& other) {
     if (other.kind() == Kind::disk && own.kind() != Kind::disk) return;
     if (own.kind() == Kind::disk && other.kind() == Kind::disk && !of_second) return;
-    for (std::size_t i = 0; i < own.corners().size(); ++i) places.push_back({of_second, false, i, other.at_once()});
+    for (std::size_t i = 0; i < own.corners().size(); ++i) sites.push_back({of_second, false, i, other.at_once()});
     if (!other.has_support()) return;
-    for (std::size_t i = 0; i < own.faces().size(); ++i) places.push_back({of_second, true, i});
+    for (std::size_t i = 0; i < own.faces().size(); ++i) sites.push_back({of_second, true, i});
   };
   add(true, *outline_b, *outline_a);
   add(false, *outline_a, *outline_b);
@@ -58,16 +58,16 @@ void OutlineContact::list_places() {
 
 std::size_t OutlineContact::gap_count() const {
   std::size_t count = 0;
-  for (const Place& place : places) count += place.at_once;
+  for (const Site& site : sites) count += site.at_once;
   return count;
 }
 
 void OutlineContact::gaps(const Scene& scene, std::span<double> out) const {
   Touches all;
   std::size_t i = 0;
-  for (const Place& place : places) {
-    touch(scene, place, all);
-    for (std::size_t k = 0; k < place.at_once; ++k) out[i++] = all[k].gap;
+  for (const Site& site : sites) {
+    find(scene, site, all);
+    for (std::size_t k = 0; k < site.at_once; ++k) out[i++] = all[k].gap;
   }
 }
 
@@ -80,14 +80,14 @@ double OutlineContact::gap_speed(const Scene& scene) const {
   return most;
 }
 
-void OutlineContact::touch(const Scene& scene, const Place& place, Touches& out) const {
-  const Outline &own = place.of_second ? *outline_b : *outline_a, &seen = place.of_second ? *outline_a : *outline_b;
-  const BodyState &owner = body_of(scene, place.of_second ? body_b : body_a),
-                  &other = body_of(scene, place.of_second ? body_a : body_b);
-  if (place.face)
-    out[0] = touch_face(owner, other, seen, own.faces()[place.index]);
+void OutlineContact::find(const Scene& scene, const Site& site, Touches& out) const {
+  const Outline &own = site.of_second ? *outline_b : *outline_a, &seen = site.of_second ? *outline_a : *outline_b;
+  const BodyState &owner = body_of(scene, site.of_second ? body_b : body_a),
+                  &other = body_of(scene, site.of_second ? body_a : body_b);
+  if (site.face)
+    out[0] = touch_face(owner, other, seen, own.faces()[site.index]);
   else
-    touch_corner(owner, other, seen, own.corners()[place.index], out);
+    touch_corner(owner, other, seen, own.corners()[site.index], out);
 }
 
 /// The normal is that of what is seen, towards the corner.
@@ -126,26 +126,38 @@ ContactPoint OutlineContact::touch_face(const BodyState& owner, const BodyState&
   return {std::isinf(face.length) ? gap : beyond > 0 ? std::max(gap, beyond) : gap, normal, at};
 }
 
+ContactPlace OutlineContact::placed(const Site& site, const ContactPoint& point) const {
+  const bool from_first = site.of_second != site.face;
+  return {from_first ? body_a : body_b, from_first ? body_b : body_a, point};
+}
+
+ContactPlace OutlineContact::place(const Scene& scene, std::size_t k) const {
+  Touches all;
+  auto site = sites.begin();
+  for (; k >= site->at_once; ++site) k -= site->at_once;
+  find(scene, *site, all);
+  return placed(*site, all[k]);
+}
+
 ForcePower OutlineContact::evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
   ForcePower sum;
   values = {0, 0, std::numeric_limits<double>::infinity(), 0, 0};
   Touches all;
-  for (const Place& place : places) {
-    touch(scene, place, all);
-    // The normal points away from what a corner sees, and away from a face's own body.
-    const bool from_first = place.of_second != place.face;
-    for (std::size_t k = 0; k < place.at_once; ++k) {
+  std::size_t first = 0;
+  for (const Site& site : sites) {
+    find(scene, site, all);
+    for (std::size_t k = 0; k < site.at_once; ++k) {
       const ContactPoint& c = all[k];
       const bool deepest = c.gap < values[2];
       if (deepest) values[2] = c.gap;
       if (!(c.gap < 0)) continue;
       ForceValues own{};
-      const ForcePower power =
-          from_first ? law.push(scene, body_a, body_b, c, loads, own) : law.push(scene, body_b, body_a, c, loads, own);
+      const ForcePower power = remembering(*this).push(scene, first + k, placed(site, c), loads, own);
       values[0] += own[0], values[1] += own[1], values[4] += 1;
       if (deepest) values[3] = own[3];
       sum.stored += power.stored, sum.lost += power.lost;
     }
+    first += site.at_once;
   }
   return sum;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "libmbd/element/contact_law.hpp"
 #include "libmbd/element/outline_forms.hpp"
+#include "libmbd/element/touch_memory.hpp"
 
 namespace subsoil::mbd {
 
@@ -20,20 +20,31 @@ namespace subsoil::mbd {
 /// Columns: sums of normal force and friction, minimum gap, slip of the deepest place, number of places in contact.
 /// Source of the law: see HuntCrossleyForce; of the geometry: Ericson 2005, Real-Time Collision Detection, 5.1 and 9.
 struct OutlineContact {
-  static constexpr ForceMembers has{.check = true, .prepare = true, .gaps = true};
+  template <class Self>
+  using Memory = ContactMemory<Self>;
+  static constexpr ForceMembers has{.check = true,
+                                    .prepare = true,
+                                    .initialise_from_pose = true,
+                                    .gaps = true,
+                                    .stick = true,
+                                    .touch = true,
+                                    .trace = true,
+                                    .states = true};
   static constexpr std::array<ForceColumn, 5> columns{
       {{"normal force", "N"}, {"friction", "N"}, {"gap", "m"}, {"slip", "m/s"}, {"contacts", "1"}}};
   int body_a = -1, body_b = -1;
   OutlineForm first{}, second{};
   ContactLaw law{};
   /// Where the two can touch: a corner or a side of one of them, and how many places of the other it meets at most.
-  struct Place {
+  struct Site {
     bool of_second, face;
     std::size_t index, at_once = 1;
   };
   // Made by prepare():
   std::shared_ptr<const Outline> outline_a{}, outline_b{};
-  std::vector<Place> places{};
+  std::vector<Site> sites{};
+  std::vector<Touch> touches{};  // see ContactMemory
+  std::size_t first_state = 0;
 
   template <class V>
   void describe(V& v) {
@@ -51,12 +62,15 @@ struct OutlineContact {
   std::size_t gap_count() const;
   void gaps(const Scene& scene, std::span<double> out) const;
   double gap_speed(const Scene& scene) const;
+  /// Of the gap k; the normal points away from what a corner sees, and away from a face's own body.
+  ContactPlace place(const Scene& scene, std::size_t k) const;
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const;
 
  private:
   using Touches = std::array<ContactPoint, Outline::most_at_once>;  // the first at_once of a place
-  void list_places();
-  void touch(const Scene& scene, const Place& place, Touches& out) const;
+  void list_sites();
+  ContactPlace placed(const Site& site, const ContactPoint& point) const;
+  void find(const Scene& scene, const Site& site, Touches& out) const;
   void touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen, const Outline::Corner& corner,
                     Touches& out) const;
   ContactPoint touch_face(const BodyState& owner, const BodyState& other, const Outline& seen,

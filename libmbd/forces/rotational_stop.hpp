@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libmbd/element/force_geometry.hpp"
-#include "libmbd/element/limits.hpp"
+#include "libmbd/element/touch_memory.hpp"
 
 namespace subsoil::mbd {
 
@@ -10,10 +10,14 @@ namespace subsoil::mbd {
 /// on b, back towards the free range, its opposite on a. k [N m/rad^n], b [s/rad]. Law and energy: see
 /// HuntCrossleyForce.
 struct RotationalStop {
-  static constexpr ForceMembers has{.check = true, .gap = true};
+  template <class Self>
+  using Memory = StopMemory<Self>;
+  static constexpr ForceMembers has{
+      .check = true, .initialise_from_pose = true, .gap = true, .touch = true, .trace = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"torque", "N m"}, {"angle", "rad"}, {"gap", "rad"}}};
   int body_a = -1, body_b = -1;
   Limits limits{};
+  double impact_damping = -1;  // see StopMemory
 
   template <class V>
   void describe(V& v) {
@@ -29,9 +33,11 @@ struct RotationalStop {
     return std::abs(body_of(scene, body_b).omega - body_of(scene, body_a).omega);
   }
 
+  double rate(const Scene& scene) const { return body_of(scene, body_b).omega - body_of(scene, body_a).omega; }
+
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
-    const double theta = angle(scene), rate = body_of(scene, body_b).omega - body_of(scene, body_a).omega;
-    const Limits::Push p = limits.at(theta, rate);
+    const double theta = angle(scene);
+    const Limits::Push p = limits.at(theta, rate(scene), remembering(*this).damping());
     loads.add_wrench(body_b, 0, 0, p.force);
     loads.add_wrench(body_a, 0, 0, -p.force);
     values = {p.force, theta, limits.gap(theta), 0};

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libmbd/element/force_geometry.hpp"
-#include "libmbd/element/limits.hpp"
+#include "libmbd/element/touch_memory.hpp"
 
 namespace subsoil::mbd {
 
@@ -11,12 +11,16 @@ namespace subsoil::mbd {
 /// e: unit vector at angle_a [rad] from body a's x axis; the force on b is along e at P_b, its opposite on a acts in
 /// the same place. k [N/m^n], b [s/m]. Law and energy: see HuntCrossleyForce.
 struct SlideStop {
-  static constexpr ForceMembers has{.check = true, .gap = true};
+  template <class Self>
+  using Memory = StopMemory<Self>;
+  static constexpr ForceMembers has{
+      .check = true, .initialise_from_pose = true, .gap = true, .touch = true, .trace = true};
   static constexpr std::array<ForceColumn, 3> columns{{{"force", "N"}, {"slide", "m"}, {"gap", "m"}}};
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};
   double angle_a = 0;
   Limits limits{};
+  double impact_damping = -1;  // see StopMemory
 
   template <class V>
   void describe(V& v) {
@@ -36,11 +40,16 @@ struct SlideStop {
     return speed_against(scene, body_a, body_b, std::hypot(p_b[0], p_b[1]));
   }
 
+  double rate(const Scene& scene) const {
+    return dot(direction(body_of(scene, body_a)),
+               velocity_against(scene, body_a, body_b, body_of(scene, body_b).point_in_world(p_b)));
+  }
+
   ForcePower evaluate(const Scene& scene, Loads& loads, ForceValues& values) const {
     const BodyState &a = body_of(scene, body_a), &b = body_of(scene, body_b);
     const Vec2 e = direction(a), at = b.point_in_world(p_b);
-    const double s = dot(e, span(a, b)), rate = dot(e, velocity_against(scene, body_a, body_b, at));
-    const Limits::Push p = limits.at(s, rate);
+    const double s = dot(e, span(a, b));
+    const Limits::Push p = limits.at(s, rate(scene), remembering(*this).damping());
     add_pair(loads, scene, body_a, body_b, at, p.force * e);
     values = {p.force, s, limits.gap(s), 0};
     return p.power;

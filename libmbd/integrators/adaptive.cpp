@@ -19,8 +19,9 @@ namespace {
 constexpr long most_steps = 2'000'000;
 // So many steps tell how many would be needed: ten times the most are out of reach, however they may grow.
 constexpr long counted_steps = 20'000;
-// From a singular configuration, in rad: farther away the failure of a method has another reason.
-constexpr double other_reason = 0.5;
+// From a singular configuration, in rad: farther away the failure of a method has another reason. A step over one ends
+// up to 0.55 behind it, where the method restarts.
+constexpr double other_reason = 0.6;
 // From where the approach to a singular configuration is looked at, and from where a step may lead behind one.
 constexpr double sight = 0.6, leap = 0.95;
 // Nearer than this no step of the method ends before one: rounding in a step over it falls as the cube of its length.
@@ -37,14 +38,14 @@ double same_instant(double t) { return 1e-12 * std::max(1.0, std::abs(t)); }
 std::string standing_out(const System& system, const Partition& partition, const MotionState& m) {
   Eigen::Index most = 0;
   const double largest = m.acceleration.cwiseProduct(coordinate_scale(system)).cwiseAbs().maxCoeff(&most);
-  char text[160];
+  char text[200];
   std::snprintf(text, sizeof text, "; at t = %.9g s body '%.60s' is the most accelerated, %.2e m/s^2", m.t,
                 system.body_name(static_cast<int>(most / 3) + 1).c_str(), largest);
   std::string all = text;
   const double distance = partition.distance_from_singular();
   if (distance > other_reason) return all;
-  std::snprintf(text, sizeof text, ", and %.80s is some %.2g rad from a dead point", partition.singular_owner().c_str(),
-                distance);
+  std::snprintf(text, sizeof text, ", and %.80s is some %.2g rad from a singular configuration",
+                partition.singular_owner().c_str(), distance);
   return all + text;
 }
 
@@ -80,8 +81,8 @@ void Adaptive::on_start() {
 void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
   partition_.evaluate(now_);
-  if (watches_switches()) fire_due(), release_friction();  // what begins beyond its zero has no root any more
-  if (partition_.used_rows() != rows_) {                   // redundant constraints: others carry the multipliers now
+  if (watches_switches()) fire_due(), pass_contacts_at_zero(), release_friction();  // what begins beyond has no root
+  if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
     rows_ = partition_.used_rows();
     build();
   }
@@ -293,7 +294,7 @@ void Adaptive::give_up(long taken, double end) {
   std::snprintf(text, sizeof text, "%ld steps did not reach %.9g s, the last is of %.2g s; ", taken, end, last_step_);
   MotionFault::Cause cause = MotionFault::Cause::other;
   std::string why = "the system is stiff, its forces are not smooth or a given motion jumps: take " +
-                    std::string(follows_partition() ? "ida" : "adams-moulton with a step") + ", or a wider tolerance";
+                    std::string(follows_partition() ? "ida" : "cvode") + ", or a wider tolerance";
   try {
     if (failure_) std::rethrow_exception(failure_);
   } catch (const MotionFault& fault) {
@@ -420,7 +421,7 @@ bool Adaptive::meets_singular() {
 // Whether ida takes steps beside a singular configuration in which hardly anything moves: its Newton iteration then
 // fails however short they are, and does not say so.
 bool Adaptive::creeps(double taken) const {
-  if (follows_partition() || !(partition_.distance_from_singular() < SingularPassage::far_enough)) return false;
+  if (follows_partition() || !(partition_.distance_from_singular() < other_reason)) return false;
   return taken * passage_.rate() < least_motion;
 }
 

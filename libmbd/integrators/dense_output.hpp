@@ -11,7 +11,7 @@ struct StepSegment {
   MotionState begin, end;
   EnergyFlows flows_begin, flows_end;
   std::vector<char> open{};  ///< joints that are open in it
-  System::Grips grips{};     ///< of friction in it
+  System::Grips grips{};     ///< what forces hold in it
   std::shared_ptr<const Choice> choice{};
   bool jumps = true;        ///< something may, at its begin
   Polynomial polynomial{};  ///< empty: the quintic between both ends

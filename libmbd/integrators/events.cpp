@@ -8,58 +8,65 @@ namespace subsoil::mbd {
 
 namespace {
 
-/// How many switching functions a force has.
-std::size_t switches_of(const AnyForce& any) {
-  return visit(
-      []<class Force>(const Force& force) -> std::size_t {
-        if constexpr (Force::has.stick) return force.can_stick();
-        if constexpr (Force::has.gaps) return force.gap_count();
-        return Force::has.gap;
-      },
-      any);
+template <class Force>
+std::size_t gaps_of(const Force& force) {
+  if constexpr (Force::has.gaps) return force.gap_count();
+  return Force::has.gap;
+}
+template <class Force>
+std::size_t sticks_of(const Force& force) {
+  if constexpr (Force::has.stick) return remembering(force).stick_count();
+  return 0;
 }
 
 }  // namespace
 
+bool needs_events(const AnyForce& any) {
+  return visit(
+      []<class Force>(const Force& force) {
+        if constexpr (Force::has.stick || Force::has.touch) return remembering(force).remembers();
+        return false;
+      },
+      any);
+}
+
 Switches::Switches(const System& system) : system_(system) {
   const auto& forces = system.model().forces;
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    forces_.insert(forces_.end(), switches_of(forces[i].element), i);
-    has_gaps_ = has_gaps_ ||
-                visit([]<class Force>(const Force&) { return Force::has.gap || Force::has.gaps; }, forces[i].element);
-  }
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    visit(
+        [&](const auto& force) {
+          const std::size_t gaps = gaps_of(force), sticks = sticks_of(force);
+          for (std::size_t k = 0; k < gaps; ++k) of_forces_.push_back({i, k, false});
+          for (std::size_t k = 0; k < sticks; ++k) of_forces_.push_back({i, k, true});
+          has_gaps_ = has_gaps_ || gaps > 0;
+        },
+        forces[i].element);
   sides_.assign(count(), 1);
   work_.assign(count(), 0);
 }
 
 const std::string& Switches::name(std::size_t i) const {
   if (of_joint(i)) return system_.model().events[event(i)].element.joint;
-  return system_.model().forces[forces_[i]].name;
-}
-
-bool Switches::of_friction(std::size_t i) const {
-  if (of_joint(i)) return false;
-  return visit([]<class Force>(const Force&) { return Force::has.stick; }, system_.model().forces[forces_[i]].element);
+  return system_.model().forces[force(i)].name;
 }
 
 void Switches::gaps(std::span<double> out, const Eigen::VectorXd* acceleration, const Eigen::VectorXd* lambda) const {
   const Scene scene = system_.scene();
-  for (std::size_t i = forces_.size(); i < count(); ++i)
+  for (std::size_t i = of_forces_.size(); i < count(); ++i)
     out[i] = acceleration && lambda ? system_.event_gap(event(i), *acceleration, *lambda) -
                                           (sides_[i] < 0 ? system_.model().events[event(i)].element.hysteresis() : 0)
                                     : 1;
-  for (std::size_t i = 0; i < forces_.size();)
+  for (std::size_t i = 0; i < of_forces_.size();)
     i += visit(
         [&]<class Force>(const Force& force) -> std::size_t {
+          const std::size_t gaps = gaps_of(force), sticks = sticks_of(force);
           if constexpr (Force::has.gap) out[i] = force.gap(scene);
-          if constexpr (Force::has.stick) out[i] = force.hold(scene);
-          if constexpr (Force::has.gaps) {
-            force.gaps(scene, out.subspan(i, force.gap_count()));
-            return force.gap_count();
-          }
-          return 1;
+          if constexpr (Force::has.gaps) force.gaps(scene, out.subspan(i, gaps));
+          if constexpr (Force::has.stick)
+            for (std::size_t k = 0; k < sticks; ++k) out[i + gaps + k] = remembering(force).hold(scene, k);
+          return gaps + sticks;
         },
-        system_.model().forces[forces_[i]].element);
+        system_.model().forces[force(i)].element);
 }
 
 void Switches::gap_speeds(std::span<double> out) const {
@@ -69,8 +76,8 @@ void Switches::gap_speeds(std::span<double> out) const {
       if constexpr (Force::has.gap || Force::has.gaps) return force.gap_speed(scene);
       return 0.0;
     };
-    const bool next = i > 0 && !of_joint(i) && forces_[i] == forces_[i - 1];  // one bound for all gaps of a force
-    out[i] = of_joint(i) ? 0 : next ? out[i - 1] : visit(bound, system_.model().forces[forces_[i]].element);
+    const bool next = of_gap(i) && place(i) > 0;  // one bound for all gaps of a force
+    out[i] = !of_gap(i) ? 0 : next ? out[i - 1] : visit(bound, system_.model().forces[force(i)].element);
   }
 }
 

@@ -25,22 +25,24 @@ struct Event {
 
 /// The switching functions of a system: forces with a member `double gap(const Scene&) const`, a signed distance or
 /// angle on whose sign the force's law depends: > 0 open, < 0 in contact; with several of them, `gaps`; or with `double
-/// hold(const Scene&) const`, which falls through 0 where friction changes between sliding and sticking, decided by
-/// `pass_event(const Scene&)`. Smooth methods keep their order only between the zeros of these; a zero is located, the
-/// method restarted there, the event counted. A contact that closes and opens again within one step leaves no change of
-/// sign: integrators with a dense output look for it inside the step (find_hidden_contact).
+/// hold(const Scene&, k) const`, which falls through 0 where friction at a place k changes between sliding and
+/// sticking, decided by `pass_event(const Scene&, k)`. Smooth methods keep their order only between the zeros of these;
+/// a zero is located, the method restarted there, the event counted. A contact that closes and opens again within one
+/// step leaves no change of sign: integrators with a dense output look for it inside the step (find_hidden_contact).
 class Switches {
  public:
   explicit Switches(const System& system);
 
   /// Those of forces first, then those of events of joints.
-  std::size_t count() const { return forces_.size() + system_.model().events.size(); }
+  std::size_t count() const { return of_forces_.size() + system_.model().events.size(); }
   const std::string& name(std::size_t i) const;  ///< of the force, or of the joint
-  std::size_t force(std::size_t i) const { return forces_[i]; }
-  bool of_joint(std::size_t i) const { return i >= forces_.size(); }
-  std::size_t event(std::size_t i) const { return i - forces_.size(); }
+  std::size_t force(std::size_t i) const { return of_forces_[i].force; }
+  std::size_t place(std::size_t i) const { return of_forces_[i].place; }  ///< of the force
+  bool of_joint(std::size_t i) const { return i >= of_forces_.size(); }
+  std::size_t event(std::size_t i) const { return i - of_forces_.size(); }
   /// Whether it is one of friction, which is positive before and after an event.
-  bool of_friction(std::size_t i) const;
+  bool of_friction(std::size_t i) const { return !of_joint(i) && of_forces_[i].friction; }
+  bool of_gap(std::size_t i) const { return !of_joint(i) && !of_forces_[i].friction; }
   /// Whether any is the gap of a contact; the others belong to friction and to events of joints.
   bool has_gaps() const { return has_gaps_; }
   /// All gaps at the state, with multipliers where there is friction, that the system was set to last. Events of joints
@@ -58,11 +60,19 @@ class Switches {
 
  private:
   const System& system_;
-  std::vector<std::size_t> forces_;
+  struct OfForce {
+    std::size_t force, place;
+    bool friction;
+  };
+  std::vector<OfForce> of_forces_;
   bool has_gaps_ = false;
   std::vector<int> sides_;
   std::vector<double> work_;
 };
+
+/// Whether a force changes at its events, so that these have to be located: friction that sticks, impacts of a given
+/// restitution.
+bool needs_events(const AnyForce& force);
 
 /// True when forces remember accepted states (ruts): then no step may run ahead of what is accepted.
 bool remembers(const Model& model);

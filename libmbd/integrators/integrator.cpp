@@ -54,13 +54,13 @@ void Integrator::begin_grips() {
   const int turns = frictions > 1 ? 20 : 1;
   for (int turn = 0; turn < turns; ++turn)
     for (std::size_t i = 0; i < switches_.count(); ++i)
-      if (switches_.of_friction(i)) grip(switches_.force(i));
+      if (switches_.of_friction(i)) grip(switches_.force(i), switches_.place(i));
 }
 
-double Integrator::grip(std::size_t force) {
+double Integrator::grip(std::size_t force, std::size_t place) {
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.set_element_states(now_.states);
-  return system_.grip(force, [&]() -> const Eigen::VectorXd& {
+  return system_.grip(force, place, [&]() -> const Eigen::VectorXd& {
     partition_.accelerate(now_);
     return now_.acceleration;
   });
@@ -74,6 +74,48 @@ void Integrator::release_friction() {
     if (i == switches_.count()) break;
     take_event(i);
     partition_.accelerate(now_);
+  }
+}
+
+void Integrator::pass_contacts_at_zero() {
+  // Of the machine's length: roots of one instant lie this near each other, and the way that tells where gaps lead is
+  // longer by far.
+  constexpr double near = 1e-10, probe = 1e-8;
+  if (!switches_.has_gaps()) return;
+  look(now_, gaps_);
+  const double length = system_.length_scale();
+  const auto at_zero = [&](std::size_t i) { return switches_.of_gap(i) && std::abs(gaps_[i]) <= near * length; };
+  std::vector<std::size_t> touching;
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (at_zero(i)) touching.push_back(i);
+  if (touching.empty()) return;
+  const Eigen::VectorXd scale = coordinate_scale(system_);
+  const auto size = [&](const Eigen::VectorXd& v) { return v.cwiseProduct(scale).cwiseAbs().maxCoeff() / length; };
+  const double dt = std::min(probe / std::max(size(now_.velocity), 1e-12),
+                             std::sqrt(2 * probe / std::max(size(now_.acceleration), 1e-12)));
+  MotionState ahead = now_;
+  ahead.t += dt;
+  ahead.q += dt * (now_.velocity + 0.5 * dt * now_.acceleration), ahead.velocity += dt * now_.acceleration;
+  std::vector<double> led(gaps_.size());
+  look(ahead, led);
+  const std::vector<double> gaps = gaps_;
+  bool passed = false;
+  for (const std::size_t i : touching) {
+    const bool closes = switches_.side(i) > 0 && led[i] < std::min(gaps[i], 0.0);
+    const bool opens = switches_.side(i) < 0 && led[i] > std::max(gaps[i], 0.0);
+    if (closes || opens) take_event(i), passed = true;
+  }
+  look(now_, gaps_);
+  if (passed) partition_.accelerate(now_);
+}
+
+void Integrator::update_contacts() {
+  if (!switches_.has_gaps()) return;
+  look(now_, gaps_);
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_gap(i) || !(gaps_[i] * switches_.side(i) < 0)) continue;
+    switches_.set_side(i, -switches_.side(i));
+    system_.touch(switches_.force(i), switches_.place(i), switches_.side(i) < 0);
   }
 }
 
@@ -329,11 +371,12 @@ void Integrator::take_event(std::size_t which) {
   look(now_, gaps_);
   const bool friction = switches_.of_friction(which);
   if (!friction) switches_.set_side(which, -switches_.side(which));
-  const std::size_t force = switches_.force(which);
-  const Changeover change = system_.pass_event(force);
+  const std::size_t force = switches_.force(which), place = switches_.place(which);
+  const Changeover change =
+      friction ? system_.pass_event(force, place) : system_.touch(force, place, switches_.side(which) < 0);
   double& lost = flows_.of_elements[static_cast<Eigen::Index>(force)];
   lost += change.heat;
-  if (friction && !change.slides) lost -= grip(force);
+  if (friction && !change.slides) lost -= grip(force, place);
   const int of_friction = change.slides ? 1 : -1;
   events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
 }

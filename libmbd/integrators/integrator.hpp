@@ -35,6 +35,10 @@ struct AdamsMoultonOptions {
   int order = 4;
   WrenchJump wrench_jump = WrenchJump::shift;
   double longest_step = std::numeric_limits<double>::infinity();  ///< s; a step that is longer is made of equal parts
+  /// What a step may err by, in a second of motion: position over the machine's length, velocity over the maximum so
+  /// far. A step that errs by more is made of halves, of these again, and of whole ones as soon as these do. Infinite:
+  /// all steps are as long as they are asked for.
+  double error_per_second = std::numeric_limits<double>::infinity();
 };
 
 struct CvodeOptions {
@@ -123,6 +127,11 @@ class Integrator {
   /// Friction whose stiction or sense of sliding an impact or jump has ended, where no step has led there: at a
   /// state that the partition has evaluated.
   void release_friction();
+  /// Contacts at their zero that the motion leads through, of which no root is found: several that close or open at one
+  /// instant, and those that the start touches. At a state that the partition has evaluated.
+  void pass_contacts_at_zero();
+  /// Of a method that steps over events: contacts are told of the side that they are on.
+  void update_contacts();
   /// Around what changes at an instant inside a step, or where a method's own step has ended: ends of its segments.
   void keep_begin(bool jumps = true);
   void keep_end();
@@ -164,7 +173,7 @@ class Integrator {
   std::vector<std::size_t> reached(const std::vector<char>& had);
   void take_impulse();
   void begin_grips();
-  double grip(std::size_t force);
+  double grip(std::size_t force, std::size_t place);
   void advance_part(double h);
   void advance_over_instants(double h);
   void advance_over_events(double h);

@@ -21,7 +21,7 @@ void Kinematic::on_start() {
   clock_.restart();
   if (system_.state_count() > 0)
     throw std::invalid_argument(
-        "kinematic analysis: cylinders, motors and controllers have states of "
+        "kinematic analysis: cylinders, motors, controllers and contacts that stick have states of "
         "their own, which it does not integrate; "
         "take `analysis: dynamics`");
   if (partition_.freedom() == 0) return;
@@ -53,7 +53,7 @@ void Kinematic::follow(double to, int depth) {
     found = false;
   }
   if (found && distance_of(system_, now_.q, expected) <= branch_limit(system_)) return;
-  if (last) throw MotionFault(to, "the pose jumps; the drivers lead through a dead point or a lock-up");
+  if (last) throw MotionFault(to, "the pose jumps; the drivers lead through a dead centre or a lock-up");
   now_ = before;
   partition_.evaluate(now_);
   follow(before.t + 0.5 * dt, depth + 1);
@@ -65,7 +65,7 @@ void Kinematic::on_advance(double h) {
   flows_.of_elements += h * boole[0] * now_.rates;
   for (int k = 1; k <= parts; ++k) {
     follow(k == parts ? end : begin + k * dt, 0);
-    if (watches_switches() && finds_events()) release_friction();
+    if (watches_switches() && finds_events()) update_contacts(), release_friction();
     flows_.of_elements += h * boole[k] * now_.rates;
   }
 }

@@ -14,8 +14,9 @@ struct StepError {
   double positions = 0;   ///< sum over the steps (1)
   double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
   double fastest = 0;     ///< m/s
+  double drift = 0;       ///< that `velocities` moves the machine by, without wrenches from outside (1)
   /// Of the whole run, where errors add up and the motion does not magnify them.
-  double sum() const { return positions + (fastest > 0 ? velocities / fastest : 0); }
+  double sum() const { return positions + drift + (fastest > 0 ? velocities / fastest : 0); }
   bool operator==(const StepError&) const = default;
 };
 
@@ -45,6 +46,7 @@ struct Snapshot {
   struct Past {
     double step = 0, origin = 0;  ///< s
     long steps = 0;
+    long level = 0, sure = 0;  ///< of steps that are halved to their error
     std::vector<std::vector<double>> rates;  ///< the oldest first
     bool operator==(const Past&) const = default;
   } past;
@@ -58,9 +60,12 @@ struct Snapshot {
     a("lowest potential", lowest_potential)("highest potential", highest_potential);
     a("elements", elements);
     a("largest error", error.largest)("error of positions", error.positions);
-    a("error of velocities", error.velocities)("fastest", error.fastest);
+    a("error of velocities", error.velocities)("fastest", error.fastest)("drift", error.drift);
     a("switches", switches)("events", events);
-    a.group("past", [&] { a("step", past.step)("origin", past.origin)("steps", past.steps)("rates", past.rates); });
+    a.group("past", [&] {
+      a("step", past.step)("origin", past.origin)("steps", past.steps)("level", past.level)("sure", past.sure);
+      a("rates", past.rates);
+    });
   }
 };
 

@@ -28,7 +28,7 @@ struct State {
   MotionState motion;
   EnergyFlows flows;
   std::vector<char> open;   ///< joints that are open
-  System::Grips grips;      ///< stiction of friction in joints
+  System::Grips grips;      ///< what forces hold from event to event
   bool before_jump = true;  ///< of outputs that jump at this instant, those before it
   bool nearest = false;     ///< beside a singular configuration
   double external_work_begin = 0;

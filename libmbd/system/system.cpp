@@ -488,7 +488,7 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
     visit(
         [&]<class Force>(Force& force) {
           force = given_forces_[i].get<Force>();  // in its place: the lists by type point to it
-          if constexpr (Force::has.initialise_from_pose) force.initialise_from_pose(scene());
+          if constexpr (Force::has.initialise_from_pose) remembering(force).initialise_from_pose(scene());
         },
         model_.forces[i].element);
   }
@@ -500,7 +500,7 @@ void System::restart_traces() {
   for (auto& f : model_.forces)
     visit(
         [&]<class Force>(Force& force) {
-          if constexpr (Force::has.trace) force.begin_trace(scene());
+          if constexpr (Force::has.trace) remembering(force).begin_trace(scene());
         },
         f.element);
 }
@@ -541,7 +541,7 @@ System::Memory System::memory() const {
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
     using Force = std::remove_cvref_t<decltype(*placed.element)>;
     if constexpr (Force::has.trace) {
-      const auto m = placed.element->memory();
+      const auto m = remembering(*placed.element).memory();
       out.elements.insert(out.elements.end(), m.begin(), m.end());
     }
   });
@@ -559,9 +559,9 @@ void System::set_memory(const Memory& memory) {
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
     using Force = std::remove_cvref_t<decltype(*placed.element)>;
     if constexpr (Force::has.trace) {
-      auto m = placed.element->memory();
+      auto m = remembering(*placed.element).memory();
       for (auto& value : m) value = *next++;
-      placed.element->set_memory(m);
+      remembering(*placed.element).set_memory(m);
     }
   });
   for (const auto& e : model_.events) {

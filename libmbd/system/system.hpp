@@ -205,16 +205,17 @@ class System {
   Eigen::VectorXd towing_velocity(double speed) const;
   /// 1 for bodies (from the first) whose angular velocity in a tow a force gives.
   std::vector<char> towed_spins() const;
-  /// Tells a force that its event has come, at the state set last.
-  Changeover pass_event(std::size_t force);
-  /// Lets friction that sticks begin with the force that holds its joint at the state set last; `accelerate` solves
+  /// Tells a force that its friction at a place changes, at the state set last.
+  Changeover pass_event(std::size_t force, std::size_t place);
+  /// The same of a gap that has passed 0.
+  Changeover touch(std::size_t force, std::size_t place, bool closes);
+  /// Lets friction that sticks begin with the force that holds its surfaces at the state set last; `accelerate` solves
   /// that state again and returns its accelerations. Returns the energy that stiction stores by it (J).
-  double grip(std::size_t force, const std::function<const Eigen::VectorXd&()>& accelerate);
-  /// The stiction state, to restore it before an event.
-  using Grips = std::vector<std::array<double, 3>>;
+  double grip(std::size_t force, std::size_t place, const std::function<const Eigen::VectorXd&()>& accelerate);
+  /// What forces hold from one event to the next (stiction, impacts of a given restitution), to restore it before one.
+  using Grips = std::vector<double>;
   Grips grips() const;
   void set_grips(const Grips& grips);
-  bool has_grips() const;
   /// The state set last is accepted: the ground takes its ruts.
   void commit();
   const std::vector<Rut>& ruts() const { return ruts_; }

@@ -94,57 +94,82 @@ std::size_t System::due_event(double close) const {
   return model_.events.size();
 }
 
-Changeover System::pass_event(std::size_t force) {
+Changeover System::pass_event(std::size_t force, std::size_t place) {
   return visit(
       [&]<class Force>(Force& f) {
-        if constexpr (Force::has.stick) {
-          return f.pass_event(scene());
-        } else {
-          return Changeover{};
-        }
+        if constexpr (Force::has.stick) return remembering(f).pass_event(scene(), place);
+        return Changeover{};
+      },
+      model_.forces[force].element);
+}
+
+Changeover System::touch(std::size_t force, std::size_t place, bool closes) {
+  return visit(
+      [&]<class Force>(Force& f) {
+        if constexpr (Force::has.touch) return remembering(f).touch(scene(), place, closes);
+        return Changeover{};
       },
       model_.forces[force].element);
 }
 
 System::Grips System::grips() const {
   Grips out;
-  for (const auto& f : model_.forces)
-    if (const auto* friction = f.element.get_if<JointFriction>(); friction != nullptr && friction->can_stick())
-      out.push_back(friction->memory());
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.stick || Force::has.touch)
+      if (remembering(*placed.element).remembers())
+        for (const double value : remembering(*placed.element).memory()) out.push_back(value);
+  });
   return out;
 }
 
 void System::set_grips(const Grips& grips) {
   auto next = grips.begin();
-  for (auto& f : model_.forces)
-    if (auto* friction = f.element.get_if<JointFriction>(); friction != nullptr && friction->can_stick())
-      friction->set_memory(*next++);
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    using Force = std::remove_cvref_t<decltype(*placed.element)>;
+    if constexpr (Force::has.stick || Force::has.touch)
+      if (remembering(*placed.element).remembers()) {
+        auto memory = remembering(*placed.element).memory();
+        for (auto& value : memory) value = *next++;
+        remembering(*placed.element).set_memory(memory);
+      }
+  });
 }
 
-bool System::has_grips() const { return !grips().empty(); }
-
-// s'' is linear in the force of the grip, but for what it does to the friction of other joints: a secant, repeated.
-double System::grip(std::size_t force, const std::function<const Eigen::VectorXd&()>& accelerate) {
-  auto* const f = model_.forces[force].element.get_if<JointFriction>();
-  if (f == nullptr || !f->sticks()) return 0;
+namespace {
+// s'' is linear in the force of the grip, but for what it does to the friction of other places: a secant, repeated.
+template <class Force>
+double grip_place(const System& system, Force&& f, std::size_t place,
+                  const std::function<const Eigen::VectorXd&()>& accelerate) {
+  if (!f.sticks(place)) return 0;
   const auto slip = [&](double with) {
-    f->grip(scene(), with, 0);
+    f.grip(system.scene(), place, with, 0);
     const Eigen::VectorXd& solved = accelerate();
-    return f->slip_acceleration(scene(), {solved.data(), static_cast<std::size_t>(solved.size())});
+    return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
   };
-  const double free = slip(0), limit = f->grip_limit(scene());
+  const double free = slip(0), limit = f.grip_limit(system.scene(), place);
   double held = limit > 0 ? limit : 1, rest = slip(held), mass = held / (rest - free);
-  if (!(mass > 0 && std::isfinite(mass))) {  // its joint cannot move, or is not held by forces
-    f->grip(scene(), 0, 0);
+  if (!(mass > 0 && std::isfinite(mass))) {  // its surfaces cannot move, or are not held by forces
+    f.grip(system.scene(), place, 0, 0);
     accelerate();
     return 0;
   }
   for (int turn = 0; turn < 3; ++turn) held -= mass * rest, rest = slip(held);
   for (int turn = 0; turn < 3; ++turn) {  // what presses the surfaces may depend on the grip
-    const double most = JointFriction::most_of_grip * f->grip_limit(scene());
+    const double most = StickSlip::most_of_grip * f.grip_limit(system.scene(), place);
     held = std::clamp(held, -most, most), slip(held);
   }
-  return f->grip(scene(), held, mass);
+  return f.grip(system.scene(), place, held, mass);
+}
+}  // namespace
+
+double System::grip(std::size_t force, std::size_t place, const std::function<const Eigen::VectorXd&()>& accelerate) {
+  return visit(
+      [&]<class Force>(Force& f) {
+        if constexpr (Force::has.stick) return grip_place(*this, remembering(f), place, accelerate);
+        return 0.0;
+      },
+      model_.forces[force].element);
 }
 
 }  // namespace subsoil::mbd

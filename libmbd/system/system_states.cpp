@@ -41,7 +41,7 @@ void System::number_states() {
         [&]<class Force>(Force& force) {
           if constexpr (Force::has.states) {
             force.first_state = state_scales_.size();
-            for (const double scale : force.state_scales()) state_scales_.push_back(scale);
+            for (const double scale : remembering(force).state_scales()) state_scales_.push_back(scale);
           }
         },
         f.element);
@@ -96,7 +96,8 @@ const std::vector<double>& System::take_state_rates(const Eigen::VectorXd& accel
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
     using Force = std::remove_cvref_t<decltype(*placed.element)>;
     if constexpr (Force::has.states) {
-      const auto rates = placed.element->state_rates(now);
+      if (state_count_of(*placed.element) == 0) return;
+      const auto rates = remembering(*placed.element).state_rates(now);
       std::copy(rates.begin(), rates.end(),
                 state_rates_.begin() + static_cast<std::ptrdiff_t>(placed.element->first_state));
     }
@@ -135,7 +136,7 @@ const std::vector<double>& System::begin_states() {
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
     using Force = std::remove_cvref_t<decltype(*placed.element)>;
     if constexpr (Force::has.states) {
-      const auto start = placed.element->start_states(scene());
+      const auto start = remembering(*placed.element).start_states(scene());
       std::copy(start.begin(), start.end(),
                 element_states_.begin() + static_cast<std::ptrdiff_t>(placed.element->first_state));
     }
@@ -150,7 +151,7 @@ std::string System::state_owner(std::size_t state) const {
     visit(
         [&]<class Force>(const Force& force) {
           if constexpr (Force::has.states)
-            if (state >= force.first_state && state < force.first_state + Force::state_count)
+            if (state >= force.first_state && state < force.first_state + state_count_of(force))
               owner = "force '" + f.name + "'";
         },
         f.element);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
@@ -311,9 +312,44 @@ struct MachineChecks : Checks {
     for (const NamedForce& force : m.forces)
       if (const auto* friction = force.element.get_if<mbd::JointFriction>())
         refer("machine.forces." + force.name + ".joint friction", friction->joint, names_of(m.joints), "joint");
+    contacts(m);
     controllers(m);
     events(m);
     wheels(m);
+  }
+
+  /// Keys of contacts and stops beside which another one acts.
+  void contacts(const MachineSection& m) {
+    for (const NamedForce& force : m.forces) {
+      const std::string path = "machine.forces." + force.name + ".";
+      const auto without_effect = [&](bool when, const char* key, const char* why) {
+        if (when && places.contains(path + key))
+          refuse(path + key, std::string("has no effect ") + why + "; leave it out");
+      };
+      const auto normal = [&](const mbd::HuntCrossleyForce& law) {
+        const bool given = law.gives_restitution();
+        without_effect(given, "damping", "beside `restitution`, from which it follows");
+        without_effect(!given, "restitution from", "without `restitution`");
+      };
+      visit(
+          [&]<class Force>(const Force& f) {
+            if constexpr (requires { f.limits.law.restitution; }) normal(f.limits.law);
+            if constexpr (requires { f.law.stick_stiffness; }) {
+              normal(f.law.normal);
+              const bool stiff = !std::isnan(f.law.stick_stiffness);
+              without_effect(stiff, "slip speed", "beside `stick stiffness`: the surfaces stick");
+              without_effect(f.law.friction == 0, "stick stiffness", "without `friction`");
+              without_effect(!stiff, "stick damping", "without `stick stiffness`");
+            }
+            if constexpr (requires { f.shear_displacement; }) {
+              without_effect(!f.shears(), "cohesion", "without `shear displacement`");
+              without_effect(!f.shears(), "internal friction", "without `shear displacement`");
+              without_effect(f.shears() && f.cohesion == 0 && f.internal_friction == 0, "shear displacement",
+                             "without `cohesion` and `internal friction`");
+            }
+          },
+          force.element);
+    }
   }
 
   void events(const MachineSection& m) {

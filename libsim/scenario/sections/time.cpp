@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "libmbd/controllers/pid.hpp"
-#include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/integrators/events.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/scenario.hpp"
 
@@ -89,10 +89,10 @@ struct TimeChecks : Checks {
                      "time out, or take `analysis: dynamics`");
     if (s.machine && !s.time.machine.locate_events)
       for (const NamedForce& f : s.machine->forces)
-        if (const auto* friction = f.element.get_if<mbd::JointFriction>(); friction != nullptr && friction->can_stick())
+        if (mbd::needs_events(f.element))
           refuse("time.machine.locate events", "no",
-                 "cannot be with `stick stiffness` of " + f.name +
-                     ": that it sticks or slides are events; leave out one of the two");
+                 "cannot be with `stick stiffness` or `restitution` of " + f.name +
+                     ": that it sticks, slides or begins to touch are events; leave out one of the two");
     if (s.soil && s.machine && s.time.machine.step) {
       refuse("time.machine.step",
              "has no effect with soil, where it is the soil step times `soil steps per machine step`");
