@@ -46,6 +46,7 @@
 #include "libmbd/forces/torque_speed_motor.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/joints/cam_follower.hpp"
+#include "libmbd/joints/coupler.hpp"
 #include "libmbd/joints/disk_on_disk.hpp"
 #include "libmbd/joints/disk_on_line.hpp"
 #include "libmbd/joints/distance.hpp"
@@ -63,8 +64,9 @@
 
 namespace subsoil::mbd {
 
-using Joints = std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance, DiskOnLine, RollingOnLine, DiskOnDisk,
-                          RollingOnDisk, GearPair, GearRatio, RackAndPinion, CamFollower, FlatFacedCam, PointOnCurve>;
+using Joints =
+    std::tuple<Revolute, Translational, Fixed, PointOnLine, Distance, DiskOnLine, RollingOnLine, DiskOnDisk,
+               RollingOnDisk, GearPair, GearRatio, RackAndPinion, Coupler, CamFollower, FlatFacedCam, PointOnCurve>;
 using Drivers = std::tuple<CoordinateDriver, AngleDriver, SlideDriver, DistanceDriver>;
 using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamElement, AppliedForce, Drag, LineContact,
                           DiskContact, OutlineContact, RotationalStop, SlideStop, DistanceStop, WheelOnSoil,

@@ -176,6 +176,7 @@ class Draughtsman {
   requires std::derived_from<Joint, mbd::TwoDisks>
   void take(const Joint& j) { disk(j.body_a, j.p_a, j.radius_a), disk(j.body_b, j.p_b, j.radius_b); }
   void take(const mbd::GearRatio&) {}
+  void take(const mbd::Coupler&) {}
   void take(const mbd::CamFollower& j) {
     profile(j, j.closed);
     point(j.body_b, j.p_b);

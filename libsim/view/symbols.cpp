@@ -81,6 +81,7 @@ class ElementSymbols {
     const Sketch::Pair a = pin_between(sketch_, j.body_c, j.body_a), b = pin_between(sketch_, j.body_c, j.body_b);
     add("ratio", {j.body_a, j.body_b, a.p_b, b.p_b})["ratio"] = j.ratio;
   }
+  void take(const mbd::Coupler&) {}
   void take(const mbd::CamFollower& j) { add("follower", ends(j)); }
   void take(const mbd::FlatFacedCam& j) { add("follower", ends(j))["angle"] = j.angle_b; }
   void take(const mbd::PointOnCurve& j) { add("follower", {j.body_a, j.body_b, {0, 0}, j.p_b}); }

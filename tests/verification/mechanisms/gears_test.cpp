@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
+#include "libmbd/joints/coupler.hpp"
 #include "libmbd/joints/gear_pair.hpp"
 #include "libmbd/joints/gear_ratio.hpp"
 #include "libmbd/joints/rack_and_pinion.hpp"
@@ -129,6 +131,46 @@ TEST(Gears, RackTurnsPinion) {
   EXPECT_NEAR(on_rack.fx, -0.05 * acceleration / 0.0625, 1e-11);
   EXPECT_NEAR(on_rack.fy, 0, 1e-11);
   EXPECT_NEAR(on_rack.moment, 0, 1e-11);
+}
+
+// A screw of lead p moves a nut of mass m along x, the nut a rack's shaft: under a torque T on the screw all move as
+// one inertia J + (m + I/r^2) (p/2 pi)^2. The generalised force on the nut is what accelerates it.
+TEST(Coupler, AScrewMovesItsNutAndWhatFollowsIt) {
+  constexpr double inertia = 0.02, mass = 3, torque = 0.5, lead = 0.01, shaft = 0.4, radius = 0.05;
+  const double per_turn = lead / (2 * std::numbers::pi);
+  for (const IntegratorKind kind : {IntegratorKind::adams_moulton, IntegratorKind::cvode, IntegratorKind::ida}) {
+    Model m;
+    m.gravity = {0, 0};
+    m.add({.name = "screw", .mass = 1, .inertia = inertia, .pose = {0, 0, 0.3}});
+    m.add({.name = "nut", .mass = mass, .inertia = 1, .pose = {0.2, 0, 0}});
+    m.add({.name = "shaft", .mass = 1, .inertia = shaft, .pose = {0, 1, 0}});
+    m.add("bearing", Revolute{.body_a = ground, .body_b = 1});
+    m.add("guide", Translational{.body_a = ground, .body_b = 2});
+    m.add("axle", Revolute{.body_a = ground, .body_b = 3, .p_a = {0, 1}});
+    m.add("thread", Coupler{.body_a = 1,
+                            .body_b = 2,
+                            .coordinate_a = Coordinate::angle,
+                            .coordinate_b = Coordinate::x,
+                            .ratio = per_turn});
+    m.add("rope", Coupler{.angular = {true},
+                          .body_a = 2,
+                          .body_b = 3,
+                          .coordinate_a = Coordinate::x,
+                          .coordinate_b = Coordinate::angle,
+                          .ratio = -1 / radius});
+    m.add("drive", AppliedForce{.body = 1, .moment = torque});
+    Machine machine(m, {.integrator = kind});
+    machine.start_from_pose();
+    for (int i = 0; i < 100; ++i) machine.advance(0.01);
+    const double whole = inertia + (mass + shaft / (radius * radius)) * per_turn * per_turn;
+    const double turned = torque / whole / 2;
+    EXPECT_NEAR(machine.body(1).angle, 0.3 + turned, 1e-8 * turned);
+    EXPECT_NEAR(machine.body(2).r.x, 0.2 + per_turn * turned, 1e-8);
+    EXPECT_NEAR(machine.body(3).angle, -per_turn * turned / radius, 1e-8 * turned);
+    EXPECT_LT(machine.energy().closure(), 1e-8);
+    // On the screw, the first body: what its inertia leaves of the torque.
+    EXPECT_NEAR(machine.joint_reaction("thread").moment, -torque * (1 - inertia / whole), 1e-9);
+  }
 }
 
 }  // namespace
