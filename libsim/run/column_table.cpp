@@ -246,7 +246,9 @@ std::vector<MachineColumns> machine_columns() {
       of_force<mbd::ElectricMotor>("MOTOR", "on the second body; current, voltage, electrical power taken in"),
       of_force<mbd::TorqueSpeedMotor>(
           "MOTOR", "torque-speed: on the second body; speed of the shaft, share of the torque, power given off"),
-      of_force<mbd::WheelOnSoil>("WHEEL", "load, rolling resistance, sinkage and the rut under the front of the patch"),
+      of_force<mbd::WheelOnSoil>("WHEEL",
+                                 "load, rolling resistance, sinkage and the rut under the front of the patch; "
+                                 "traction along x, and slip, positive where the wheel drives"),
       {"CONTROLLER",
        {{"output", "OUT"}, {"error", "IN"}},
        "what it gives out, in its own unit; set point less measured value"},

@@ -5,9 +5,11 @@
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <cmath>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/bushing.hpp"
 #include "libmbd/forces/drag.hpp"
 #include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
@@ -190,6 +192,53 @@ TEST_P(ForcesInMotion, RotorRunsDown) {
   }
   const double w = machine.body(1).omega;
   EXPECT_NEAR(machine.energy().lost, 0.5 * inertia * (w_0 * w_0 - w * w), 1e-6);
+}
+
+// A wheel of 300 N that is driven at 0.4 m/s with a slip: its traction is the shear stress over its patch,
+// (c + p tan phi)(1 - exp(-i x/K)) under the uniform pressure p, by Simpson's rule; braked, j = i x/(1 - i). The
+// drivers bear the drawbar pull and the torque.
+TEST_P(ForcesInMotion, ADrivenWheelShearsTheSoilUnderItsPatch) {
+  constexpr double radius = 0.3, width = 0.12, speed = 0.4, weight = 300, k = 4e5, c = 2e3, phi = 0.5, K = 0.015;
+  for (const double slip : {-0.3, 0.05, 0.2, 0.7}) {
+    SCOPED_TRACE(slip);
+    const double z = std::pow(weight / (width * k * std::sqrt(2 * radius) * 2. / 3), 1 / 1.5);
+    const double rim = slip > 0 ? speed / (1 - slip) : speed * (1 + slip);
+    Model m;
+    m.add({.name = "wheel",
+           .mass = weight / 9.81,
+           .inertia = 0.5,
+           .pose = {0, radius - z, 0},
+           .velocity = {speed, 0, -rim / radius}});
+    m.add("tow", CoordinateDriver{.body = 1, .motion = {.velocity = speed}});
+    m.add("drive", CoordinateDriver{.body = 1, .coordinate = Coordinate::angle, .motion = {.velocity = -rim / radius}});
+    m.add("soil", WheelOnSoil{.body = 1,
+                              .radius = radius,
+                              .width = width,
+                              .n = 1,
+                              .k_c = 0,
+                              .k_phi = k,
+                              .shear_displacement = K,
+                              .cohesion = c,
+                              .internal_friction = phi});
+    Machine machine(m, options());
+    machine.start_from_pose();
+    for (int i = 0; i < 100; ++i) machine.advance(1e-3);
+    const double patch = std::sqrt(2 * radius * z), p = weight / (width * patch);
+    const double per_x = slip > 0 ? slip : -slip / (1 + slip);
+    const auto stress = [&](double x) { return (c + p * std::tan(phi)) * -std::expm1(-per_x * x / K); };
+    double traction = 0;
+    constexpr int n = 1000;
+    for (int i = 0; i <= n; ++i)
+      traction += (i == 0 || i == n ? 1 : i % 2 ? 4 : 2) * width * stress(patch * i / n) * patch / (3 * n);
+    if (slip < 0) traction = -traction;
+    // The regularised speed of the rim, 10 mm/s beside 0.28 m/s, takes 6e-4 of the shear displacement.
+    EXPECT_NEAR(machine.force_value("soil", "traction"), traction, 1e-3 * std::abs(traction));
+    EXPECT_NEAR(machine.force_value("soil", "slip"), slip, 1e-9);
+    const double resistance = width * k * z * z / 2;
+    EXPECT_NEAR(machine.driver_force("tow"), resistance - traction, 2e-3 * std::abs(traction));
+    EXPECT_NEAR(machine.driver_force("drive"), -radius * traction, 1e-3 * radius * std::abs(traction));
+    EXPECT_LT(machine.energy().closure(), 1e-8);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, ForcesInMotion, testing::Values(IntegratorKind::adams_moulton, IntegratorKind::ida));
