@@ -39,6 +39,12 @@ constexpr double most_error = 0.1;
 // Lengths of the machine in a second.
 constexpr double at_rest = 1e-6;
 
+// A step is made of 2^12 parts at the most, and of no more for an error that is rounding.
+constexpr int most_halvings = 12;
+constexpr double least_error = 1e-13;
+// Twice the step makes an error per second 2^order times as large: some 16, with a margin of four.
+constexpr double sure_share = 1. / 64;
+
 // Substeps of a starting step: the start's error is then far below that of the steps that follow.
 constexpr int substeps = 2;
 
@@ -117,7 +123,51 @@ void AdamsMoulton::take_jump() {
 void AdamsMoulton::on_advance(double h) {
   begin_errors();
   const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
-  for (double part = 0; part < parts; ++part) whole_step(h / parts);
+  const bool controlled = std::isfinite(options_.error_per_second);
+  for (double part = 0; part < parts; ++part) controlled ? controlled_step(h / parts) : whole_step(h / parts);
+}
+
+// In units of the smallest part, so that fewer parts begin where a larger one does.
+void AdamsMoulton::controlled_step(double h) {
+  constexpr long all = 1L << most_halvings;
+  const double end = now_.t + h;
+  for (long done = 0; done < all;) {
+    const long part = all >> level_;
+    if (!attempt(h * static_cast<double>(part) / all)) {
+      ++level_, sure_ = 0;
+      continue;
+    }
+    done += part;
+    if (level_ > 0 && sure_ > 2 * options_.order && done % (2 * part) == 0) --level_, sure_ = 0;
+  }
+  now_.t = end;
+}
+
+// A step of that length, if it errs by no more than it may; else the state is as before, without a past.
+bool AdamsMoulton::attempt(double h) {
+  const MotionState before = now_;
+  const EnergyFlows flows_before = flows_;
+  const StepError errors_before = step_error_;
+  const double allowed = std::max(options_.error_per_second * h, least_error);
+  const bool last = level_ == most_halvings;
+  try {
+    whole_step(h);
+    const double velocity = step_error_.velocities - errors_before.velocities;
+    // Of a machine that begins to move: what it gains in the step.
+    const double gained = h * now_.acceleration.cwiseProduct(scale_).cwiseAbs().maxCoeff();
+    const double error = step_error_.positions - errors_before.positions +
+                         (velocity > 0 ? velocity / std::max(step_error_.fastest, gained) : 0);
+    if (error <= allowed || last) {
+      sure_ = error <= sure_share * allowed ? sure_ + 1 : 0;
+      return true;
+    }
+  } catch (const std::runtime_error&) {
+    if (last) throw;
+  }
+  now_ = before, flows_ = flows_before, step_error_ = errors_before;
+  partition_.evaluate(now_);
+  on_start();
+  return false;
 }
 
 void AdamsMoulton::whole_step(double h) {
@@ -208,6 +258,11 @@ void AdamsMoulton::add_error(double h, double position, double velocity, const M
   step_error_.largest = std::max(step_error_.largest, position);
   step_error_.positions += position;
   step_error_.velocities += velocity;
+  // Where the soil's wrench jumps, what predictor and corrector differ by adds up to no drift.
+  const auto& wrenches = system_.external_wrenches();
+  const bool alone = std::all_of(wrenches.begin(), wrenches.end(),
+                                 [](const auto& wrench) { return wrench == std::array<double, 3>{}; });
+  if (alone) step_error_.drift += h * step_error_.velocities / system_.length_scale();
   step_error_.fastest = std::max({step_error_.fastest, fastest, at_rest * system_.length_scale()});  // slower: rounding
   if (position <= most_error) return;
   refuse_blow_up(system_, at);
@@ -262,7 +317,7 @@ void AdamsMoulton::one_step(double h) {
 }
 
 void AdamsMoulton::on_save(Snapshot::Past& out) const {
-  out.step = step_, out.origin = origin_, out.steps = steps_;
+  out.step = step_, out.origin = origin_, out.steps = steps_, out.level = level_, out.sure = sure_;
   for (int age = stored_; age-- > 0;) out.rates.push_back(numbers(past_.col(slot(age))));
 }
 
@@ -270,6 +325,7 @@ void AdamsMoulton::on_restore(const Snapshot::Past& from) {
   if (from.rates.size() > order_max)
     throw std::invalid_argument("restart: the state has more steps of the integrator than it stores");
   step_ = from.step, origin_ = from.origin, steps_ = from.steps;
+  level_ = static_cast<int>(std::clamp(from.level, 0L, static_cast<long>(most_halvings))), sure_ = from.sure;
   stored_ = 0, newest_ = 0;
   for (const std::vector<double>& rates : from.rates) {
     newest_ = (newest_ + 1) % order_max;

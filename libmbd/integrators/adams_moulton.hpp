@@ -19,10 +19,11 @@ namespace subsoil::mbd {
 /// The difference of corrector and predictor, both before the joints are closed, tells the error of the step (Milne's
 /// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
 /// tenth of the machine's length ends the run. Steps of the start, and of each restart at an event, count with the
-/// error of the embedded order 4. A step that ends on a singular pose is bridged: q and q' by the predictor, closed
-/// with minimum change, q'' by extrapolation of the same order, reactions of the step before. A step over one must
-/// continue smoothly: when the constraints answer with velocities that the predictor does not know, the run stops
-/// instead of changing its branch.
+/// error of the embedded order 4. Where an error per second is given, steps are halved to it: first steps of an impact
+/// err by a low power of their length, since the force of a contact is no polynomial of time. A step that ends on a
+/// singular pose is bridged: q and q' by the predictor, closed with minimum change, q'' by extrapolation of the same
+/// order, reactions of the step before. A step over one must continue smoothly: when the constraints answer with
+/// velocities that the predictor does not know, the run stops instead of changing its branch.
 class AdamsMoulton : public Integrator {
  public:
   AdamsMoulton(System& system, const AdamsMoultonOptions& options);
@@ -37,6 +38,8 @@ class AdamsMoulton : public Integrator {
  private:
   Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }
   void whole_step(double h);
+  void controlled_step(double h);
+  bool attempt(double h);
   void push_past();
   void take_jump();
   void multistep(double h);
@@ -68,6 +71,9 @@ class AdamsMoulton : public Integrator {
   bool was_near_singular_ = false, bridged_ = false;
   double errors_from_ = std::numeric_limits<double>::infinity();  ///< begin of the last on_advance(), and then:
   StepError errors_before_;
+  // Steps that are made of parts: of 2^level_, and how many have erred so little that fewer would do.
+  int level_ = 0;
+  long sure_ = 0;
 };
 
 }  // namespace subsoil::mbd
