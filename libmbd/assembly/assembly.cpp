@@ -137,10 +137,11 @@ bool dependent_here_only(System& system, double t, const Eigen::VectorXd& q, con
   return full;
 }
 
-[[noreturn]] void refuse_dead_point(const System& system, const Eigen::VectorXd& left, const Dependencies& dependent) {
+[[noreturn]] void refuse_singular_start(const System& system, const Eigen::VectorXd& left,
+                                        const Dependencies& dependent) {
   throw ModelFault(system.part(rows_by_residual(left).front()),
-                   "the start pose is a dead point: " + residual_list(system, left, true) + " off, since there " +
-                       list(dependent.members) +
+                   "the start pose is a singular configuration: " + residual_list(system, left, true) +
+                       " off, since there " + list(dependent.members) +
                        " depend on each other. Start beside it, or drive another coordinate.");
 }
 
@@ -290,7 +291,7 @@ AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::Vec
     velocity = given;
     const Mask none(static_cast<std::size_t>(system.coordinates()), false);
     if (!put_on_velocities(system, c, none, velocity, left)) {
-      if (dependent_here_only(system, t, q, dependent)) refuse_dead_point(system, left, dependent);
+      if (dependent_here_only(system, t, q, dependent)) refuse_singular_start(system, left, dependent);
       refuse_contradiction(system, left, dependent, true);
     }
   }

@@ -147,7 +147,7 @@ void Partition::choose(const MotionState& at) {
     throw SingularPose("singular pose at t = " + std::to_string(at.t) + " s: the constraints lose " +
                        std::to_string(static_cast<long>(rank_before - choice.rows.size())) + " of their rank, at " +
                        system_.owner(choice.redundant.back()) +
-                       " (a dead point); the motion is not determined from here");
+                       " (a singular configuration); the motion is not determined from here");
   take(std::move(choice));
   refuse_undetermined_friction(system_, choice_);
   factor();

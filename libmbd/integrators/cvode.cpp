@@ -245,7 +245,7 @@ struct Cvode::Solver {
     try {
       partition.evaluate(trial);
       if (distance_of(system, trial.q, expected) > branch_limit(system))
-        throw MotionFault(t, "the pose jumps; the motion leads through a dead point or a lock-up");
+        throw MotionFault(t, "the pose jumps; the motion leads through a dead centre or a lock-up");
       if (partition.distance_from_singular() < beside_singular) partition.refuse_other_branch(trial);
     } catch (const std::runtime_error&) {
       carry_on_from(begin);

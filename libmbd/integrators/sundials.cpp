@@ -27,7 +27,7 @@ std::string cause(const std::string& name) {
     return "the equations of a step have no solution near by, however short it is: the machine locks up, or a force "
            "jumps there";
   if (has("LSETUP") || has("LSOLVE"))
-    return "the equations of a step are singular: constraints lose their rank there, a lock-up or a dead point";
+    return "the equations of a step are singular: constraints lose their rank there, a lock-up or a dead centre";
   if (has("TOO_MUCH_ACC")) return "the tolerance asks for more digits than there are; widen rtol and atol";
   return "the solver gave up";
 }

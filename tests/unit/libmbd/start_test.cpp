@@ -121,9 +121,9 @@ Model stretched_slider_crank(double angle) {
 }
 
 // At dead centre the slider cannot move; beside it, it can. Nothing is over-determined: 9 equations, 9 coordinates.
-TEST(Start, ADeadPointIsNamedSo) {
+TEST(Start, ASingularConfigurationIsNamedSo) {
   const std::string text = refusal(stretched_slider_crank(0));
-  EXPECT_NE(text.find("the start pose is a dead point"), std::string::npos) << text;
+  EXPECT_NE(text.find("the start pose is a singular configuration"), std::string::npos) << text;
   EXPECT_NE(text.find("driver 'push'"), std::string::npos) << text;
   EXPECT_EQ(text.find("Over-determined"), std::string::npos) << text;
   EXPECT_EQ(refusal(stretched_slider_crank(0.1)), "accepted");
@@ -135,7 +135,7 @@ TEST(Start, TwoDriversOfOneFreedomAreOverDetermined) {
   m.add("turn", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = 3.0}});
   const std::string text = refusal(m);
   EXPECT_NE(text.find("Over-determined"), std::string::npos) << text;
-  EXPECT_EQ(text.find("dead point"), std::string::npos) << text;
+  EXPECT_EQ(text.find("singular configuration"), std::string::npos) << text;
 }
 
 }  // namespace
