@@ -13,6 +13,7 @@ import math
 #   side       direction whose left is free      own x      component along a body's own x axis
 #   bound      an end of a range of angles against the ground, `bound inside` between bodies: no mirror
 #   extent     edge lengths of a box (with `corner` of Box), unchanged by mirrors
+#   axes       between coordinates of the world: no rotation; `axes turn` changes sign in a mirror
 
 
 class NotTransformable(Exception):
@@ -31,6 +32,12 @@ class Name:
     """A name that the scenario gives itself, with a suffix such as `.x`."""
     text: str
     suffix: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class Text:
+    """A text with names in it, such as a formula of measures."""
+    parts: tuple
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,6 +165,10 @@ def in_view(q, view):
         return tuple(view.determinant * x for x in v)
     if q.kind == "attitude":
         return tuple(view.determinant * x + view.angle for x in v)
+    if q.kind in ("axes", "axes turn"):
+        if view.angle:
+            raise NotTransformable("a coordinate that follows another")
+        return tuple(view.determinant * x for x in v) if q.kind == "axes turn" else v
     if q.kind == "height":
         if view.angle:
             raise NotTransformable("a height")
@@ -263,6 +274,8 @@ def render(node, view=None):
         return text_of(values, node.unit, view)
     if isinstance(node, Name):
         return view.name(node.text) + node.suffix
+    if isinstance(node, Text):
+        return "".join(render(part, view) if isinstance(part, Name) else part for part in node.parts)
     if isinstance(node, Faces):
         return faces_in_view(node, view)
     if isinstance(node, Function):

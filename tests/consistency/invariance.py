@@ -77,7 +77,8 @@ def own_names(node, found=None):
 def renaming(case):
     """Names in another order of the alphabet change no bit; measures are written as before."""
     names = sorted(own_names(case.tree))
-    new = {name: f"z{len(names) - k} {name}" if not name.startswith("on ") else f"m{len(names) - k}" for k, name in enumerate(names)}
+    # Of measures, which formulas name, without a space.
+    new = {name: f"m{len(names) - k}" if name.startswith("on ") or name in ("gap", "pace") else f"z{len(names) - k} {name}" for k, name in enumerate(names)}
     view = View(names=new)
     other = case.program.run(case.tree, view)
     if other.code != case.base.code or not case.base.ended:

@@ -2,7 +2,7 @@
 import dataclasses
 import math
 
-from geometry import Name, Pair, Profile, Quantity
+from geometry import Name, Pair, Profile, Quantity, Text
 from values import MACHINE, UnknownUnit, characteristic, function, scalar, unit_of
 
 # Keys that need another one or a file, by name: left to scenarios of their own.
@@ -39,6 +39,8 @@ class MachineDraw:
         if name == "outline contact" and first == "ground":
             return None  # its outline would be given in the world's axes
         self.first, self.second = first, second
+        if name == "coupler" and first == "ground":
+            return None
         answer = {}
         if head.type.startswith("[name of a body"):
             answer[name] = [Name(first), Name(second)]
@@ -79,6 +81,7 @@ class MachineDraw:
             if value is not None:
                 answer[key.name] = value
         self.pair_world_vectors(answer, rows)
+        drop_without_effect(answer)
         return answer
 
     def pair_world_vectors(self, answer, rows):
@@ -100,6 +103,10 @@ class MachineDraw:
 
     def value(self, path, element, key, a, b, along, inside, answer):
         rng, kind = self.rng, key.type
+        if kind.startswith("body.x"):
+            return Name(self.first, rng.choice([".x", ".y", ".angle"]))
+        if element == "coupler":
+            return coupling(rng, answer)
         if key.name == "radius" and "ends" in self.declarations.children(f"{path}.{element}") and path == "machine.joints":
             length = math.hypot(*along)
             gap = abs((b[0] - a[0]) * along[1] - (b[1] - a[1]) * along[0]) / length
@@ -317,20 +324,45 @@ class MachineDraw:
         self.used.append(f"machine.beams.section.{section}")
 
     def controller(self, machine):
-        """A PID controller of a distance that drives a spring between the same points."""
+        """A controller of a distance that drives a spring between the same points."""
         body, at = list(self.bodies)[0], self.near("ground")
         machine["markers"] = {Name("post"): {"body": Name("ground"), "at": Quantity(at, "m", "point")}}
-        machine["controllers"] = {Name("hold"): {
-            "pid": Name("gap"), "measured in": "m", "output in": "N", "set point": function(self.rng, self.declarations, "m", 0.3, "scalar", self.end),
-            "proportional": Quantity((self.rounded(5, 50),), "N/m"), "integral": Quantity((self.rounded(0, 20),), "N/(m s)"),
-            "derivative": Quantity((self.rounded(0, 3),), "N s/m"), "filter time": Quantity((0.02,), "s")}}
-        if self.rng.random() < 0.4:
-            controller = next(iter(machine["controllers"].values()))
-            controller["sample time"] = Quantity((0.01,), "s")
-            del controller["filter time"]
+        kind = self.rng.choice(sorted(self.declarations.elements("machine.controllers")))
+        make = {"pid": self.pid, "formula": self.formula, "transfer function": self.transfer_function, "table of two": self.table_of_two}.get(kind)
+        if make is None:
+            raise UnknownUnit(f"machine.controllers.{kind}: no drawing of it in tests/consistency/machine.py")
+        machine["controllers"] = {Name("hold"): make()}
         machine["forces"][Name("pull")] = {"spring-damper": [Name("ground"), Name(body)], "ends": [Quantity(at, "m", "point"),
                                            Quantity(self.bodies[body], "m", "point")], "stiffness": Quantity((30.0,), "N/m"), "controller": Name("hold")}
-        self.used.append("machine.controllers")
+        self.used.append(f"machine.controllers.{kind}")
+
+    def formula(self):
+        a, b = self.rounded(5, 30), self.rounded(1, 10)
+        parts = self.rng.choice([(f"-{a}*", Name("gap"), f" + {b}*tanh(", Name("pace"), ")"), (f"{a}*sin(4*", Name("gap"), ")"),
+                                 (f"{b}/(1+", Name("pace"), f"^2) - {a}*", Name("gap"))])
+        return {"formula": Text(parts), "output in": "N"}
+
+    def transfer_function(self):
+        lag, gain = self.rounded(0.02, 0.2), self.rounded(2, 20)
+        numerator = [gain] if self.rng.random() < 0.5 else [0.1 * gain, gain]
+        return {"transfer function": Name("gap"), "measured in": "m", "output in": "N", "numerator": numerator, "denominator": [lag**2, lag, 1.0]}
+
+    def table_of_two(self):
+        rows, columns = [0.0, 0.3, 0.8, 1.5], [0.0, 0.5, 2.0]
+        values = [float(f"{self.rng.uniform(-10, 10):.3g}") for _ in range(len(rows) * len(columns))]
+        return {"table of two": [Name("gap"), Name("pace")], "first in": "m", "second in": "m/s", "output in": "N", "first": rows, "second": columns,
+                "values": values}
+
+    def pid(self):
+        """With a filter, or sampled."""
+        controller = {
+            "pid": Name("gap"), "measured in": "m", "output in": "N", "set point": function(self.rng, self.declarations, "m", 0.3, "scalar", self.end),
+            "proportional": Quantity((self.rounded(5, 50),), "N/m"), "integral": Quantity((self.rounded(0, 20),), "N/(m s)"),
+            "derivative": Quantity((self.rounded(0, 3),), "N s/m"), "filter time": Quantity((0.02,), "s")}
+        if self.rng.random() < 0.4:
+            controller["sample time"] = Quantity((0.01,), "s")
+            del controller["filter time"]
+        return controller
 
     def event(self, machine):
         joint = self.rng.choice([name for name in machine["joints"]])
@@ -346,11 +378,39 @@ class MachineDraw:
                     measures[Name(f"on {body} by {name.text}")] = {kind: name, "on": Name(body), "about": Name(body)}
         if "controllers" in machine:
             measures[Name("gap")] = {"distance": [Name("post"), Name(list(self.bodies)[0])]}
+            measures[Name("pace")] = {"velocity": Name(list(self.bodies)[0]), "component": "size"}
         machine["measures"] = measures
+
+
+def drop_without_effect(answer):
+    """Keys beside which another one acts, which the program refuses."""
+    for given, others in ("restitution", ("damping",)), ("stick stiffness", ("slip speed",)):
+        for other in others if given in answer else ():
+            answer.pop(other, None)
+    if not answer.get("friction"):
+        answer.pop("stick stiffness", None)
+    for needed, others in ("restitution", ("restitution from",)), ("stick stiffness", ("stick damping",)), ("shear displacement", ("cohesion",)):
+        for other in others if needed not in answer and "joint friction" not in answer else ():
+            answer.pop(other, None)
+    if "wheel on soil" in answer and not ("cohesion" in answer and "internal friction" in answer):
+        for key in ("shear displacement", "cohesion", "internal friction"):
+            answer.pop(key, None)
+
+
+def coupling(rng, answer):
+    """The ratio of a coupler: lengths over angles, and as a mirror has it."""
+    one, other = (answer[key].suffix == ".angle" for key in ("coupler", "follows"))
+    odd = sum(answer[key].suffix in (".x", ".angle") for key in ("coupler", "follows"))
+    unit = "" if one == other else "rad/m" if one else "m/rad"
+    if one and other:
+        return Quantity((float(f"{rng.uniform(0.5, 2):.3g}"),), unit)
+    return Quantity((float(f"{rng.uniform(0.5, 2):.3g}"),), unit, "axes turn" if odd == 1 else "axes")
 
 
 def bodies_of(element, machine):
     """Moving bodies on which an element acts."""
+    if "coupler" in element:
+        return [element["follows"].text, element["coupler"].text]
     head = next(iter(element.values()))
     if isinstance(head, Name) and not head.suffix:
         if head.text in {n.text for n in machine["joints"]}:
