@@ -33,6 +33,12 @@ Reaction reaction_of(const System& system, std::size_t joint, const Eigen::Vecto
 }  // namespace
 
 Machine::Machine(Model model, MachineOptions options) : options_(options), system_(std::move(model)) {
+  if (!options_.locate_events)
+    for (const auto& force : system_.model().forces)
+      if (needs_events(force.element))
+        throw ModelFault({PartName::Kind::force, force.name},
+                         "force '" + force.name +
+                             "' sticks or has a restitution, which are events; locate these, or take them out of it");
   integrator_ = make_integrator(options_.integrator, system_, options_.adams_moulton, options_.ida, options_.cvode);
   integrator_->locate_events(options_.locate_events);
   name_columns();

@@ -75,7 +75,7 @@ struct ForceMembers {
                                       ///< gap_speed(scene) of them all
   /// Friction that comes to rest, at stick_count() places k; see StickSlip:
   /// hold(scene, k): falls through 0 where it changes; pass_event(scene, k): it does; sticks(k): what it is
-  /// grip(scene, k, force, mass), grip_limit(scene, k): sticks with that force on b (N), which may be so large
+  /// `grip(scene, k, force, mass)`, `grip_limit(scene, k)`: sticks with that force on b (N), which may be so large
   /// slip_acceleration(scene, k, q''): s'' of a solution (m/s^2)
   bool stick = false;
   /// touch(scene, k, closes): the gap k has passed 0. remembers(): whether something depends on that

@@ -13,8 +13,8 @@ namespace subsoil::mbd {
 ///   sticks                                F = -k (s - s_0) - d v   until |F| = G
 /// Both ends are events, located in time. Surfaces that slide are strained by their friction, so the spring does not
 /// begin at 0: s_0 is such that F holds the surfaces at rest as they begin to stick, s'' = 0, or as much of F as G
-/// allows (System::grip). Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0, critical where it
-/// is left out: 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed).
+/// allows (`System::grip`). Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0, critical if
+/// left out: 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed).
 /// Source: Karnopp 1985, J. Dyn. Sys. Meas. Control 107, 100, with a spring in place of his exact rest.
 struct StickSlip {
   int sliding = 0;      ///< 0 sticks, else the sense in which it slides

@@ -130,7 +130,7 @@ class Integrator {
   /// Contacts at their zero that the motion leads through, of which no root is found: several that close or open at one
   /// instant, and those that the start touches. At a state that the partition has evaluated.
   void pass_contacts_at_zero();
-  /// Of a method that steps over events: contacts are told of the side that they are on.
+  /// Of a method that steps over events: sets contacts to the side that they are on.
   void update_contacts();
   /// Around what changes at an instant inside a step, or where a method's own step has ended: ends of its segments.
   void keep_begin(bool jumps = true);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -150,6 +151,10 @@ Model block(double slope, double mu, double speed, double pull_per_second = 0) {
   if (pull_per_second > 0)
     m.add("pull", AppliedForce{.body = 1, .point = {0, -0.2}, .fx = PolynomialFunction{.c = {0, pull_per_second}}});
   return m;
+}
+
+TEST(Stiction, NeedsLocatedEvents) {
+  EXPECT_THROW(Machine(block(0, 0.5, 0), {.locate_events = false}), std::invalid_argument);
 }
 
 // At a slope of 0.3 below mu = 0.5 the block stands for good: the spring of its surfaces begins with the load of the
