@@ -78,35 +78,39 @@ void Integrator::release_friction() {
 }
 
 void Integrator::pass_contacts_at_zero() {
-  // Of the machine's length: roots of one instant lie this near each other, and the way that tells where gaps lead is
-  // longer by far.
-  constexpr double near = 1e-10, probe = 1e-8;
+  // Of the machine's length: roots of one instant lie this near each other; a gap that changes by more than rounding
+  // tells where it is led; and a way over which it has to.
+  constexpr double near = 1e-10, visible = 1e-12, probe = 1e-8, farthest = 1e-3;
+  constexpr int most_tenfold = 12;  // at rest nothing leads anywhere
   if (!switches_.has_gaps()) return;
   look(now_, gaps_);
   const double length = system_.length_scale();
-  const auto at_zero = [&](std::size_t i) { return switches_.of_gap(i) && std::abs(gaps_[i]) <= near * length; };
-  std::vector<std::size_t> touching;
-  for (std::size_t i = 0; i < switches_.count(); ++i)
-    if (at_zero(i)) touching.push_back(i);
-  if (touching.empty()) return;
+  const std::vector<double> gaps = gaps_;
+  std::vector<std::size_t> passed;
   const Eigen::VectorXd scale = coordinate_scale(system_);
   const auto size = [&](const Eigen::VectorXd& v) { return v.cwiseProduct(scale).cwiseAbs().maxCoeff() / length; };
-  const double dt = std::min(probe / std::max(size(now_.velocity), 1e-12),
-                             std::sqrt(2 * probe / std::max(size(now_.acceleration), 1e-12)));
   MotionState ahead = now_;
-  ahead.t += dt;
-  ahead.q += dt * (now_.velocity + 0.5 * dt * now_.acceleration), ahead.velocity += dt * now_.acceleration;
-  std::vector<double> led(gaps_.size());
-  look(ahead, led);
-  const std::vector<double> gaps = gaps_;
-  bool passed = false;
-  for (const std::size_t i : touching) {
-    const bool closes = switches_.side(i) > 0 && led[i] < std::min(gaps[i], 0.0);
-    const bool opens = switches_.side(i) < 0 && led[i] > std::max(gaps[i], 0.0);
-    if (closes || opens) take_event(i), passed = true;
+  // How gap i changes, over a way that grows until it does.
+  const auto change = [&](std::size_t i) {
+    double dt = std::min(probe / std::max(size(now_.velocity), 1e-12),
+                         std::sqrt(2 * probe / std::max(size(now_.acceleration), 1e-12)));
+    for (int longer = 0;; ++longer, dt *= 10) {
+      const Eigen::VectorXd way = dt * (now_.velocity + 0.5 * dt * now_.acceleration);
+      ahead.t = now_.t + dt, ahead.q = now_.q + way, ahead.velocity = now_.velocity + dt * now_.acceleration;
+      look(ahead, gaps_);
+      const bool seen = std::abs(gaps_[i] - gaps[i]) > visible * length;
+      if (seen || size(way) > farthest || longer == most_tenfold) return gaps_[i] - gaps[i];
+    }
+  };
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_gap(i)) continue;
+    const double on_its_side = switches_.side(i) * gaps[i];
+    if (on_its_side > near * length) continue;
+    if (on_its_side < -near * length || switches_.side(i) * change(i) < -visible * length) passed.push_back(i);
   }
+  for (const std::size_t i : passed) take_event(i);
   look(now_, gaps_);
-  if (passed) partition_.accelerate(now_);
+  if (!passed.empty()) partition_.accelerate(now_);
 }
 
 void Integrator::update_contacts() {

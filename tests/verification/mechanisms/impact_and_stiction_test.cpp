@@ -196,6 +196,20 @@ TEST_P(Touching, ASlidingBlockStopsAndStays) {
   EXPECT_LT(machine.energy().closure(), 1e-6);
 }
 
+// A block that is laid on the floor without depth has touched it, though its gap is 0: its friction acts, and it sinks
+// in.
+TEST_P(Touching, ABlockThatBeginsAtTheSurfaceRubs) {
+  constexpr double mu = 0.4, v = 1;
+  Model m = block(0, mu, v);
+  m.bodies[0].pose[1] = 0.2;
+  Machine machine(m, options());
+  machine.start_from_pose();
+  move_to(machine, 0.5, 1e-4);
+  EXPECT_NEAR(machine.body(1).r.x, v * v / (2 * mu * g), 2e-3);
+  EXPECT_NEAR(machine.body(1).v.x, 0, 1e-4);
+  EXPECT_LT(machine.energy().closure(), 1e-5);
+}
+
 // Under a pull that grows it holds until mu m g, then slides: at 1 s it has gone what the surplus has brought.
 TEST_P(Touching, APulledBlockBreaksAwayAtItsLimit) {
   constexpr double mu = 0.4, per_second = 30;
