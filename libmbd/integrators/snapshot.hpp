@@ -46,7 +46,7 @@ struct Snapshot {
   struct Past {
     double step = 0, origin = 0;  ///< s
     long steps = 0;
-    long level = 0, sure = 0;  ///< of steps that are halved to their error
+    long level = 0, sure = 0;                ///< of steps that are halved to their error
     std::vector<std::vector<double>> rates;  ///< the oldest first
     bool operator==(const Past&) const = default;
   } past;

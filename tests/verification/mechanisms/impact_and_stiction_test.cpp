@@ -264,7 +264,7 @@ TEST_P(Touching, ASnapshotKeepsWhatAContactHasBegunWith) {
     Machine whole(m, options()), first(m, options()), second(m, options());
     whole.start_from_pose(), first.start_from_pose(), second.start_from_pose();
     move_to(first, stop, 1e-3);
-    const std::vector<double> snapshot = first.snapshot();
+    const Snapshot snapshot = first.snapshot();
     second.restore(snapshot);
     first.restore(snapshot);
     move_to(first, 1, 1e-3), move_to(second, 1, 1e-3), move_to(whole, 1, 1e-3);
