@@ -318,7 +318,7 @@ struct MachineChecks : Checks {
     wheels(m);
   }
 
-  /// Keys of contacts and stops beside which another one acts.
+  /// Keys of contacts, stops and wheels beside which another one acts. A written scenario has them with their defaults.
   void contacts(const MachineSection& m) {
     for (const NamedForce& force : m.forces) {
       const std::string path = "machine.forces." + force.name + ".";
@@ -328,8 +328,9 @@ struct MachineChecks : Checks {
       };
       const auto normal = [&](const mbd::HuntCrossleyForce& law) {
         const bool given = law.gives_restitution();
-        without_effect(given, "damping", "beside `restitution`, from which it follows");
-        without_effect(!given, "restitution from", "without `restitution`");
+        without_effect(given && law.damping != 0, "damping", "beside `restitution`, from which it follows");
+        without_effect(!given && law.slowest_impact != mbd::HuntCrossleyForce{}.slowest_impact, "restitution from",
+                       "without `restitution`");
       };
       visit(
           [&]<class Force>(const Force& f) {
@@ -337,13 +338,15 @@ struct MachineChecks : Checks {
             if constexpr (requires { f.law.stick_stiffness; }) {
               normal(f.law.normal);
               const bool stiff = !std::isnan(f.law.stick_stiffness);
-              without_effect(stiff, "slip speed", "beside `stick stiffness`: the surfaces stick");
+              without_effect(stiff && f.law.slip_speed != mbd::ContactLaw{}.slip_speed, "slip speed",
+                             "beside `stick stiffness`: the surfaces stick");
               without_effect(f.law.friction == 0, "stick stiffness", "without `friction`");
               without_effect(!stiff, "stick damping", "without `stick stiffness`");
             }
             if constexpr (requires { f.shear_displacement; }) {
-              without_effect(!f.shears(), "cohesion", "without `shear displacement`");
-              without_effect(!f.shears(), "internal friction", "without `shear displacement`");
+              without_effect(!f.shears() && f.cohesion != 0, "cohesion", "without `shear displacement`");
+              without_effect(!f.shears() && f.internal_friction != 0, "internal friction",
+                             "without `shear displacement`");
               without_effect(f.shears() && f.cohesion == 0 && f.internal_friction == 0, "shear displacement",
                              "without `cohesion` and `internal friction`");
             }
