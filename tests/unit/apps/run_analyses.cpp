@@ -121,7 +121,8 @@ time: {end: 10 ms}
 }
 
 TEST(LocatedEvents, CannotBeLeftOutWhereFrictionSticks) {
-  EXPECT_TRUE(holds(refusal(block, {"time.machine.locate events=no"}), "cannot be with `stick stiffness` of f"));
+  EXPECT_TRUE(holds(refusal(block, {"time.machine.locate events=no"}),
+                    "cannot be with `stick stiffness` or `restitution` of f"));
 }
 
 /// v = ln(1 - t/T): steps towards the pole become ever shorter, and no integrator goes on with them for ever.
