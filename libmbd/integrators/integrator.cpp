@@ -78,9 +78,9 @@ void Integrator::release_friction() {
 }
 
 void Integrator::pass_contacts_at_zero() {
-  // Of the machine's length: roots of one instant lie this near each other; a gap that changes by more than rounding
-  // tells where it is led; and a way over which it has to.
-  constexpr double near = 1e-10, visible = 1e-12, probe = 1e-8, farthest = 1e-3;
+  // Of the machine's length: roots of one instant lie this near each other; a gap that changes by more than rounding,
+  // and by more than a small share of what moves, tells where it is led; and a way over which it has to.
+  constexpr double near = 1e-10, visible = 1e-12, share = 1e-6, probe = 1e-8, farthest = 1e-3;
   constexpr int most_tenfold = 12;  // at rest nothing leads anywhere
   if (!switches_.has_gaps()) return;
   look(now_, gaps_);
@@ -98,8 +98,9 @@ void Integrator::pass_contacts_at_zero() {
       const Eigen::VectorXd way = dt * (now_.velocity + 0.5 * dt * now_.acceleration);
       ahead.t = now_.t + dt, ahead.q = now_.q + way, ahead.velocity = now_.velocity + dt * now_.acceleration;
       look(ahead, gaps_);
-      const bool seen = std::abs(gaps_[i] - gaps[i]) > visible * length;
-      if (seen || size(way) > farthest || longer == most_tenfold) return gaps_[i] - gaps[i];
+      const double changes = gaps_[i] - gaps[i];
+      if (std::abs(changes) > std::max(visible, share * size(way)) * length) return changes;
+      if (size(way) > farthest || longer == most_tenfold) return 0.0;
     }
   };
   for (std::size_t i = 0; i < switches_.count(); ++i) {
