@@ -294,7 +294,8 @@ def main():
     o = options()
     session = Session()
     python = "ON" if (ROOT / "build/venv/requirements.txt").exists() else "OFF"  # scripts/setup --python, by the network
-    built = session.build("release", options=["-DSUBSOIL_BENCH=ON", f"-DSUBSOIL_PYTHON={python}"])  # benchmarks are not run
+    # scripts/reduced leaves a build without the portable kernels; benchmarks are compiled and not run
+    built = session.build("release", options=["-DSUBSOIL_BENCH=ON", "-DSUBSOIL_SIMD=native", f"-DSUBSOIL_PYTHON={python}"])
     if built and o.R:
         session.run_pattern(o.R)
     elif built:

@@ -20,6 +20,13 @@ namespace {
 
 using Make = Kernel (*)();
 
+Make portable_here() {
+#if defined(SUBSOIL_HAS_portable)
+  return portable::kernel;
+#endif
+  return nullptr;
+}
+
 Make avx2_here() {
 #if defined(SUBSOIL_HAS_avx2)
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return avx2::kernel;
@@ -40,13 +47,18 @@ Make avx512_here() {
 
 Kernel choose_kernel(const char* name) {
   const std::string want = name;
-  const Make narrow = avx2_here(), wide = avx512_here();
-  if (want == "portable") return portable::kernel();
-  if (want == "auto") return wide != nullptr ? wide() : narrow != nullptr ? narrow() : portable::kernel();
+  const Make any = portable_here(), narrow = avx2_here(), wide = avx512_here();
+  if (want == "auto" && (wide != nullptr || narrow != nullptr || any != nullptr))
+    return wide != nullptr ? wide() : narrow != nullptr ? narrow() : any();
   if (want == "avx512" && wide != nullptr) return wide();
   if (want == "avx2" && narrow != nullptr) return narrow();
-  throw std::invalid_argument("simd '" + want +
-                              "': this machine or this build has no such instruction set; use auto or portable");
+  if (want == "portable" && any != nullptr) return any();
+  if (want == "auto")
+    throw std::invalid_argument(
+        "simd 'auto': this build has kernels of another machine's instruction set only; build it with "
+        "-DSUBSOIL_SIMD=native on this one");
+  throw std::invalid_argument("simd '" + want + "': this machine or this build has no such instruction set; use auto" +
+                              (any != nullptr ? " or portable" : ", or build with -DSUBSOIL_SIMD=native"));
 }
 
 }  // namespace subsoil::dem

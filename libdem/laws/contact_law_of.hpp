@@ -135,7 +135,11 @@ class ContactLawOf final : public ContactLaw {
 #if defined(SUBSOIL_HAS_avx2)
     if (set == InstructionSet::avx2) return avx2::law_kernels<L>();
 #endif
+#if !defined(SUBSOIL_HAS_portable) && (defined(SUBSOIL_HAS_avx2) || defined(SUBSOIL_HAS_avx512))
+    throw std::logic_error("this build has no kernels of this instruction set");  // choose_kernel offers none of them
+#else
     return portable::law_kernels<L>();
+#endif
   }
   const void* parameters() const override { return &law_; }
   const void* parameters_of(const std::type_info& type) const override { return type == typeid(L) ? &law_ : nullptr; }
