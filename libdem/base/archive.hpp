@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -138,7 +139,17 @@ class Archive {
     }
     std::size_t& at = taken_[path_];
     if (values.size() > column.size() - at) refuse(path_);
-    for (T& value : values) value = static_cast<T>(column[at++]);
+    for (T& value : values) value = held<T>(column[at++]);
+  }
+  /// Of a whole number only what its type can hold.
+  template <archive_detail::Number T>
+  T held(double number) const {
+    if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+      using Limits = std::numeric_limits<T>;
+      constexpr double end = 2.0 * static_cast<double>(Limits::max() / 2 + 1);  // a power of two
+      if (!(number >= static_cast<double>(Limits::lowest()) && number < end)) refuse(path_);
+    }
+    return static_cast<T>(number);
   }
 
   template <archive_detail::Number T>

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <optional>
 
 #include "libdem/base/vec3.hpp"
@@ -114,6 +115,16 @@ TEST(Archive, RefusesALengthBeyondItsColumns) {
   Archive a(columns, written().texts());
   Whole back;
   EXPECT_THROW(back.archive(a), std::invalid_argument);
+}
+
+TEST(Archive, RefusesAWholeNumberThatItsFieldCannotHold) {
+  for (const double number : {1e30, -1e30, 0x1p63, std::numeric_limits<double>::quiet_NaN()}) {
+    Archive::Columns columns = written().columns();
+    columns.at("steps")[0] = number;
+    Archive a(columns, written().texts());
+    Whole back;
+    EXPECT_THROW(back.archive(a), std::invalid_argument) << number;
+  }
 }
 
 TEST(Archive, FindsFieldsAndGroups) {
