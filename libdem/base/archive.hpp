@@ -62,15 +62,33 @@ class Archive {
 
   Archive() = default;  ///< to be written
   /// To be read.
-  Archive(Columns columns, Texts texts) : columns_(std::move(columns)), texts_(std::move(texts)), reads_(true) {}
+  Archive(Columns columns, Texts texts) : reads_(true) {
+    for (auto& [name, column] : columns) fields_[name].numbers = std::move(column);
+    for (auto& [name, column] : texts) fields_[name].texts = std::move(column);
+  }
   /// What has been written, to be read from the start.
-  Archive to_read() const { return {columns_, texts_}; }
+  Archive to_read() const {
+    Archive out;
+    out.fields_ = fields_, out.reads_ = true;
+    for (auto& [name, field] : out.fields_) field.taken = field.taken_texts = 0;
+    return out;
+  }
 
   bool reads() const { return reads_; }
-  bool empty() const { return columns_.empty() && texts_.empty(); }
-  const Columns& columns() const { return columns_; }
-  const Texts& texts() const { return texts_; }
-  bool operator==(const Archive& other) const { return columns_ == other.columns_ && texts_ == other.texts_; }
+  bool empty() const { return fields_.empty(); }
+  Columns columns() const {
+    Columns out;
+    for (const auto& [name, field] : fields_)
+      if (!field.numbers.empty() || field.texts.empty()) out[name] = field.numbers;
+    return out;
+  }
+  Texts texts() const {
+    Texts out;
+    for (const auto& [name, field] : fields_)
+      if (!field.texts.empty()) out[name] = field.texts;
+    return out;
+  }
+  bool operator==(const Archive& other) const { return fields_ == other.fields_; }
 
   template <class T>
   Archive& operator()(std::string_view name, T& value) {
@@ -98,30 +116,21 @@ class Archive {
   /// When read, whether there is a field of this name, or one in a group of it.
   bool has(std::string_view name) const {
     const std::string whole = path_.empty() ? std::string(name) : path_ + "/" + std::string(name), group = whole + "/";
-    const auto in = [&](const auto& columns) {
-      const auto at = columns.lower_bound(group);
-      return columns.contains(whole) || (at != columns.end() && at->first.starts_with(group));
-    };
-    return in(columns_) || in(texts_);
+    const auto at = fields_.lower_bound(group);
+    return fields_.contains(whole) || (at != fields_.end() && at->first.starts_with(group));
   }
   /// Takes out what has this name, or lies in its group.
   void drop(std::string_view name) {
-    const auto from = [&](auto& columns) {
-      std::erase_if(columns, [&](const auto& column) {
-        return column.first.starts_with(name) &&
-               (column.first.size() == name.size() || column.first[name.size()] == '/');
-      });
-    };
-    from(columns_), from(texts_);
+    std::erase_if(fields_, [&](const auto& field) {
+      return field.first.starts_with(name) && (field.first.size() == name.size() || field.first[name.size()] == '/');
+    });
   }
 
   /// After all has been read: nothing may be left.
   void end() const {
     if (!reads_) return;
-    for (const auto& [name, column] : columns_)
-      if (taken(name) != column.size()) refuse(name);
-    for (const auto& [name, column] : texts_)
-      if (taken(name) != column.size()) refuse(name);
+    for (const auto& [name, field] : fields_)
+      if (field.taken != field.numbers.size() || field.taken_texts != field.texts.size()) refuse(name);
   }
   [[noreturn]] static void refuse(std::string_view name) {
     throw std::invalid_argument("what the state keeps of `" + std::string(name) +
@@ -132,14 +141,13 @@ class Archive {
   // Numbers of a column, appended or taken.
   template <archive_detail::Number T>
   void numbers(std::span<T> values) {
-    std::vector<double>& column = columns_[path_];
+    Field& field = fields_[path_];
     if (!reads_) {
-      for (const T& value : values) column.push_back(static_cast<double>(value));
+      for (const T& value : values) field.numbers.push_back(static_cast<double>(value));
       return;
     }
-    std::size_t& at = taken_[path_];
-    if (values.size() > column.size() - at) refuse(path_);
-    for (T& value : values) value = held<T>(column[at++]);
+    if (values.size() > field.numbers.size() - field.taken) refuse(path_);
+    for (T& value : values) value = held<T>(field.numbers[field.taken++]);
   }
   /// Of a whole number only what its type can hold.
   template <archive_detail::Number T>
@@ -157,11 +165,10 @@ class Archive {
     numbers(std::span<T>(&value, 1));
   }
   void field(std::string& text) {
-    std::vector<std::string>& column = texts_[path_];
-    if (!reads_) return column.push_back(text);
-    std::size_t& at = taken_[path_];
-    if (at == column.size()) refuse(path_);
-    text = column[at++];
+    Field& field = fields_[path_];
+    if (!reads_) return field.texts.push_back(text);
+    if (field.taken_texts == field.texts.size()) refuse(path_);
+    text = field.texts[field.taken_texts++];
   }
   template <archive_detail::Point T>
   void field(T& point) {
@@ -203,21 +210,20 @@ class Archive {
   }
   void field(std::vector<bool>&) = delete;
 
-  std::size_t taken(const std::string& name) const {
-    const auto at = taken_.find(name);
-    return at == taken_.end() ? 0 : at->second;
-  }
   /// No list can be longer than the longest column: a bound before memory is asked for.
   std::size_t most() const {
     std::size_t longest = 0;
-    for (const auto& [name, column] : columns_) longest = std::max(longest, column.size());
-    for (const auto& [name, column] : texts_) longest = std::max(longest, column.size());
+    for (const auto& [name, field] : fields_) longest = std::max({longest, field.numbers.size(), field.texts.size()});
     return longest;
   }
 
-  Columns columns_;
-  Texts texts_;
-  std::map<std::string, std::size_t, std::less<>> taken_;
+  struct Field {
+    std::vector<double> numbers;
+    std::vector<std::string> texts;
+    std::size_t taken = 0, taken_texts = 0;  ///< what has been read
+    bool operator==(const Field& other) const { return numbers == other.numbers && texts == other.texts; }
+  };
+  std::map<std::string, Field, std::less<>> fields_;
   std::string path_;
   bool reads_ = false;
 };

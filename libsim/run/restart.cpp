@@ -177,7 +177,8 @@ namespace {
 bool is_finite(double x) { return std::isfinite(x) && std::abs(x) < 1e30; }
 
 bool is_finite(const Archive& a) {
-  return std::all_of(a.columns().begin(), a.columns().end(), [](const auto& column) {
+  const Archive::Columns columns = a.columns();
+  return std::all_of(columns.begin(), columns.end(), [](const auto& column) {
     return std::all_of(column.second.begin(), column.second.end(), [](double x) { return is_finite(x); });
   });
 }
