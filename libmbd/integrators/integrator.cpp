@@ -303,6 +303,8 @@ void Integrator::advance_over_instants(double h) {
 
 void Integrator::advance(double h) {
   if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
+  // A step that fails leaves segments too, which are read with what the elements remember at its begin.
+  if (keeps_ && !dense_.memory) q_before_ = now_.q, keep_memory();
   move(h);
   refuse_blow_up(system_, state());
 }

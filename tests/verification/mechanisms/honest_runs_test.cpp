@@ -133,6 +133,25 @@ TEST(HonestRuns, DriversThatPartOnTheWayAreNamed) {
   EXPECT_EQ(text.find("tolerance"), std::string::npos) << text;
 }
 
+// A first step that fails on the way: what it has made before is read.
+TEST(HonestRuns, WhatAFailedStepHasMadeIsRead) {
+  Model m;
+  m.add({.name = "rod", .mass = 1, .inertia = 0.1, .pose = {0.5, 0, 0}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-0.5, 0}});
+  for (const double end : {0.5, 0.6})
+    m.add("turn until " + std::to_string(end),
+          AngleDriver{.first = ground,
+                      .second = 1,
+                      .motion = {.position = RampFunction{.from = 0, .to = 1, .begin = end - 0.3, .end = end}}});
+  Machine machine(m, {.integrator = IntegratorKind::ida});
+  machine.keep_dense_output();
+  machine.start_from_pose();
+  EXPECT_NE(test::message_of<std::runtime_error>([&] { machine.advance(1); }), "accepted");
+  ASSERT_FALSE(machine.dense_output().empty());
+  Evaluation evaluation = machine.evaluation();
+  EXPECT_EQ(evaluation.evaluate(machine.dense_output(), 1e-6).body(1).angle, 0);
+}
+
 // A crank of 0.2 m and a rod of 0.13^1/2 m, whose slider is driven from 0.3 to 0.6 m: they are in line at 0.5606 m.
 TEST(HonestRuns, ADriverBeyondADeadCentreIsNamed) {
   Model m;
