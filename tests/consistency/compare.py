@@ -118,13 +118,17 @@ def in_vector(name, table):
     return False
 
 
+# Least size of a unit: of bodies that do not turn, angles and moments are rounding, some 1e-15.
+LEAST = {"rad": 1e-8, "rad/s": 1e-8, "rad/s^2": 1e-8, "N m": 1e-8}
+
+
 def scales(table, units):
     """Size against which a difference in a column counts: the largest value of its unit among columns of the same owner's
     kind (all columns of one unit), since a component that is 0 by symmetry has no size of its own."""
     by_unit = {}
     for name, values in table.items():
         by_unit[units.get(name)] = max(by_unit.get(units.get(name), 0.0), size_of(values))
-    return {name: by_unit[units.get(name)] for name in table}
+    return {name: max(by_unit[units.get(name)], LEAST.get(units.get(name), 0.0)) for name in table}
 
 
 def differences(first, second, units, view=None, shape_only=()):

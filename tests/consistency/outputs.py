@@ -36,7 +36,7 @@ def extremes(case):
         return []
     times = table["time"]
     inside = (times >= opens - 1e-12) & (times <= closes + 1e-12)
-    for name, entry in summary["columns"].items():
+    for name, entry in summary.get("columns", {}).items():
         found = entry.get("steps in window")
         if name not in table or not found or not inside.any():
             continue
