@@ -167,6 +167,8 @@ class MachineDraw:
         if kind.startswith(("2 numbers", "3 numbers", "list")):
             return None
         value = scalar(rng, key, "" if kind == "number" else kind, MACHINE)
+        if key.name in ("internal friction", "restitution from"):  # angles and rates without a sense
+            return Quantity(value.values, value.unit)
         if key.name == "preload x":
             return Quantity(value.values, value.unit, "own x")
         if value.unit == "A":
