@@ -32,6 +32,8 @@ constexpr double worn_choice = 3;
 constexpr double ground_interval = 1e-3;
 // Motion in a step (rad) that is none; the first one of ida is of some 1e-5.
 constexpr double least_motion = 1e-8;
+// A step so short beside the longest since the start has collapsed.
+constexpr double collapse = 1e-4;
 // Instants that ought to be one differ by rounding: no step is that short (s).
 double same_instant(double t) { return 1e-12 * std::max(1.0, std::abs(t)); }
 // Of a state at which a method gave up: the body most accelerated, the constraint nearest to losing its rank.
@@ -73,7 +75,7 @@ void Adaptive::on_start() {
   coupled_ = std::any_of(system_.external_wrenches().begin(), system_.external_wrenches().end(),
                          [](const auto& wrench) { return wrench != std::array<double, 3>{}; });
   rows_ = partition_.used_rows();
-  output_ = now_.t, commits_ = false, jumps_ = true;
+  output_ = now_.t, commits_ = false, jumps_ = true, longest_step_ = 0;
   build();
   restart();
 }
@@ -357,6 +359,7 @@ void Adaptive::method_step(double asked) {
   // A step that ended at a stop may have been longer: intervals between stops that follow it must not shrink for ever.
   const double taken = reached.t - front_;
   last_step_ = reached.t < stop ? taken : 4 * taken;
+  longest_step_ = std::max(longest_step_, last_step_);
   const bool cut = stop < asked && reached.t == stop && taken < 0.5 * std::min(planned, Inputs::window);
   energy_range_.see(system_);  // as it was evaluated last, in this step
   const double begin = std::exchange(front_, reached.t);
@@ -419,10 +422,14 @@ bool Adaptive::meets_singular() {
 }
 
 // Whether ida takes steps beside a singular configuration in which hardly anything moves: its Newton iteration then
-// fails however short they are, and does not say so.
+// fails however short they are, and does not say so. Farther away a machine at rest, or one that begins to move, moves
+// as little: there the step has to be short, beside the longest one and for a motion that would be seen in that one.
 bool Adaptive::creeps(double taken) const {
-  if (follows_partition() || !(partition_.distance_from_singular() < other_reason)) return false;
-  return taken * passage_.rate() < least_motion;
+  if (follows_partition()) return false;
+  const double distance = partition_.distance_from_singular(), rate = passage_.rate();
+  if (!(distance < other_reason && taken * rate < least_motion)) return false;
+  return distance < SingularPassage::far_enough ||
+         (last_step_ < collapse * longest_step_ && collapse * longest_step_ * rate > least_motion);
 }
 
 void Adaptive::passage_step(double stop) {

@@ -107,7 +107,7 @@ class Adaptive : public Integrator {
   std::vector<int> rows_;
   double front_ = 0;   // what has been reached: dense output ends here
   double output_ = 0;  // what has been asked for: the time of state()
-  double last_step_ = 0;
+  double last_step_ = 0, longest_step_ = 0;
   First first_ = First::nothing;
   bool has_past_ = false;  // steps since the method began
   bool coupled_ = false;   // external wrenches act, which are known to the end of each advance() only
