@@ -303,8 +303,8 @@ TEST(SingularPoses, ADrivenParallelogramKeepsItsEnergyUpTo3000RadiansPerSecond) 
   EXPECT_NEAR(spin, spin_at(machine.body(1).angle, 1000), 1e-6 * spin);
 }
 
-// The same by ida from 600 rad/s on, where steps collapse by rounding up to half a radian behind a flat pose: 6 turns, 12
-// of them. A step is held to 1e-8 of the speed; a thousand add up.
+// The same by ida from 600 rad/s on, where steps collapse by rounding up to half a radian behind a flat pose: 6 turns,
+// 12 of them. A step is held to 1e-8 of the speed; a thousand add up.
 TEST(SingularPoses, IdaPassesTheFlatPosesOfADrivenParallelogramAt600RadiansPerSecond) {
   Model m = spinning(1000);
   for (Body& body : m.bodies)
