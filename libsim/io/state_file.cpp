@@ -151,7 +151,7 @@ void StateReader::require_format(std::int64_t number, const std::vector<std::str
   const auto refuse = [&](const std::string& what) {
     throw std::runtime_error(
         fmt::format("{}; this version reads states of format {}: continue with the version that wrote it, or start the "
-                    "run anew",
+                    "run again",
                     what, number));
   };
   if (!has("format")) refuse("is no state, or one from before states had a format number");
