@@ -159,7 +159,7 @@ def locked(angle):
     x, y = 0.016, 0.365 - 0.570
     return (f"machine:\n  bodies:\n    shovel: {{at: {-1.240 + c * x - s * y:.6f} {0.570 + s * x + c * y:.6f} m, "
             f"angle: {angle:.6f} rad}}\n  joints:\n    H9: {{fixed: [frame, shovel], at: -1.240 0.840 m}}\n"
-            "  forces:\n    H9:\noutput:\n  watch:\n    spring force:\n")
+            "  forces:\n    H9:\noutput:\n  monitor:\n    spring force:\n")
 
 
 def driven(angle, height):
