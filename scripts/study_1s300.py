@@ -8,6 +8,7 @@
     scripts/study_1s300.py pass                      # the full pass: half an hour of a core and more
     scripts/study_1s300.py spring --only free-1      # some of the runs
     scripts/study_1s300.py spring --report           # only the tables, of what has been run
+    scripts/study_1s300.py spring --check            # `subsoil check` of one scenario of each kind, on a bed as placed
 
 What has been run is kept in --out and not run again. One process and one thread per run; --jobs: how many at a time.
 """
@@ -172,12 +173,12 @@ def driven(angle, height):
 TOWED = -0.05058  # shovel against frame where the rig is towed clear of soil
 
 
-def spring(out):
+def spring(out, pose=None):
     rig = CONFIGS / "1s300-towed-random.yaml"
     shovel = CONFIGS / "1s300-shovel.yaml"
     soil = box(LENGTH, 0.33, WIDTH)
     towed = soil + [f"time.end={(LEVEL[1] + 0.06) / 0.5 + 0.2:g} s"]
-    pose = loaded_pose(out)
+    pose = pose or loaded_pose(out)
     runs = []
     for seed in SEEDS:
         bed = lattice_bed(seed)
@@ -201,6 +202,26 @@ def loaded_pose(out):
     mean = lambda f: sum(f(i) for i in rows) / len(rows)
     return (mean(lambda i: s["shovel.angle"][i] - s["frame.angle"][i]), mean(lambda i: s["shovel.angle"][i]),
             mean(lambda i: s["shovel.y"][i]))
+
+
+def check(arguments):
+    """Ends with an error where the program refuses a scenario of the study. Poses that earlier runs give are guessed."""
+    checked = set()
+    for run in runs_of(arguments.study, arguments.out, pose=(-0.11, -0.11, 0.33)):
+        kind = run.name.rsplit("-", 1)[0] if run.bed else run.name
+        if kind in checked:
+            continue
+        checked.add(kind)
+        scenario = run.base
+        if run.text:
+            scenario = arguments.out / f"{run.name}.yaml"
+            scenario.write_text(f"include: {run.base}\n{run.text}")
+        of_bed = [s for s in run.bed.sets if s.startswith("soil.bed=")] if run.bed else []
+        command = [arguments.program, "check", str(scenario), *(word for s in run.sets + of_bed for word in ("--set", s))]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(f"{run.name}: {done.stderr.strip()}")
+    print(f"{arguments.study}: {len(checked)} kinds of scenarios are accepted")
 
 
 def execute(arguments, run):
@@ -463,10 +484,10 @@ def report_phase(s, rows, title):
 
 # ---------------------------------------------------------------------------------------------------------------------
 
-def runs_of(study, out):
+def runs_of(study, out, pose=None):
     if study == "pass":
         return [Run("pass", CONFIGS / "1s300.yaml", "the full bin")]
-    return {"unprinted": unprinted, "stiffness": stiffness, "beds": beds, "spring": lambda: spring(out)}[study]()
+    return {"unprinted": unprinted, "stiffness": stiffness, "beds": beds, "spring": lambda: spring(out, pose)}[study]()
 
 
 def main():
@@ -476,9 +497,13 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out" / "study")
     parser.add_argument("--only", nargs="*", help="names of runs")
     parser.add_argument("--report", action="store_true")
+    parser.add_argument("--check", action="store_true")
     parser.add_argument("--jobs", type=int, default=1, help="runs side by side")
     arguments = parser.parse_args()
     arguments.out = arguments.out.resolve()
+    if arguments.check:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        return check(arguments)
     if not arguments.report:
         arguments.out.mkdir(parents=True, exist_ok=True)
         run_all(arguments)
