@@ -86,6 +86,14 @@ class Links(unittest.TestCase):
         self.assertEqual(found(f"[a]({here.name}) `[x](y)` [w](https://example.org)\n\n```text\n[x](y)\n```\n"), 0)
         self.assertEqual(links.slug("7.2 Moving bed: `window`"), "72-moving-bed-window")
 
+    def test_finds_pictures_that_are_not_shown_or_not_drawn(self):
+        def found(drawn):
+            return list(links.picture_faults(["a.png", "b.png"], "![a](../pictures/a.png)", drawn))
+        self.assertEqual(found({"a.png", "b.png"}), ["docs/pictures/b.png: no page shows it"])
+        self.assertEqual(len(found({"b.png"})), 2)
+        drawn = links.pictures_drawn()
+        self.assertLessEqual({"tutorial-draft.png", "impact-loop.png", "gallery-tine.png", "verify-pulls.png", "element-heap.png"}, drawn)
+        self.assertFalse(drawn & set(links.BY_HAND), "a picture that a script draws is not drawn by hand")
 
     def test_finds_missing_headings(self):
         good = "".join(f"## {one}\n" for one in links.HEADINGS)
