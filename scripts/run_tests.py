@@ -33,14 +33,14 @@ SANITIZED = ["libdem", "libmbd", "coupling"]
 # Long cases that a change wakes whatever their turn: executable of the cases -> folders that they are about.
 TOUCHED = {
     "unit_libdem": ("libdem/", "tests/unit/libdem/", "tests/tools/"),
-    "unit_apps": ("libsim/run/", "libsim/fmu/", "examples/fmu/", "libsim/studies/laboratory/", "tests/unit/apps/"),
+    "unit_apps": ("libsim/run/", "libsim/fmu/", "examples/fmu/", "libsim/studies/laboratory/", "configs/", "tests/unit/apps/"),
     "unit_studies": ("libsim/io/", "libsim/studies/design/", "scripts/abuse", "tests/unit/studies/"),
     "unit_docs": ("docs/", "README.md", "apps/commands/", "configs/templates/", "python/", "tests/docs/"),
     "verification_mechanisms": ("libmbd/", "tests/verification/mechanisms/"),
     "verification_particles": ("libdem/laws/", "tests/verification/particles/"),
     "properties": ("libdem/", "tests/properties/"),
     "regression": ("coupling/", "tests/regression/"),
-    "optional": ("libsim/io/", "libsim/fmu/", "python/", "tests/optional/"),
+    "optional": ("libsim/io/", "libsim/fmu/", "libsim/report/", "libsim/view/", "python/", "tests/optional/"),
     "verification_scenarios": ("coupling/", "configs/1s300", "configs/parts/", "tests/verification/scenarios/"),
 }
 # Targets of scripts/fuzz that a change wakes -> beginnings of the sources that they read foreign bytes with.
@@ -294,8 +294,12 @@ def main():
     o = options()
     session = Session()
     python = "ON" if (ROOT / "build/venv/requirements.txt").exists() else "OFF"  # scripts/setup --python, by the network
-    # scripts/reduced leaves a build without the portable kernels; benchmarks are compiled and not run
-    built = session.build("release", options=["-DSUBSOIL_BENCH=ON", "-DSUBSOIL_SIMD=native", f"-DSUBSOIL_PYTHON={python}"])
+    changed, number = changed_files(), commit_number()
+    sanitizes = SANITIZED if o.all else [] if o.quick or o.R else sanitized(changed, number)
+    # The portable kernels take a tenth of the build: the gate compiles them when the sanitizers are libdem's. Benchmarks are
+    # compiled and not run.
+    sets = "native" if o.all or "libdem" in sanitizes else "machine"
+    built = session.build("release", options=["-DSUBSOIL_BENCH=ON", f"-DSUBSOIL_SIMD={sets}", f"-DSUBSOIL_PYTHON={python}"])
     if built and o.R:
         session.run_pattern(o.R)
     elif built:
@@ -304,18 +308,18 @@ def main():
             tests = [test for test in known if "quick" in test["labels"]]
         else:
             session.environment |= {"SUBSOIL_LONG_BLOCKS": "1"} if o.all else {}
-            tests = known if o.all else in_turn(known, changed_files(), commit_number())
+            tests = known if o.all else in_turn(known, changed, number)
         session.say(f"release: {len(tests)} of {len(known)} groups of test cases")
         session.run("release", tests)
     if built and not o.quick and not o.R:
         session.examples()
     if o.all:
-        session.sanitize([*SANITIZED, "apps"], ALL_SANITIZED_SETS)
+        session.sanitize([*sanitizes, "apps"], ALL_SANITIZED_SETS)
         session.fuzz(list(FUZZED))
         session.consistency(f"{int(time.time())}:", CONSISTENCY_ALL)
     elif not o.quick and not o.R:
-        session.sanitize(sanitized(changed_files(), commit_number()), SANITIZED_SETS)
-        session.fuzz(fuzzed(changed_files()))
+        session.sanitize(sanitizes, SANITIZED_SETS)
+        session.fuzz(fuzzed(changed))
         session.consistency(CONSISTENCY_SEEDS, CONSISTENCY_GATE)
     return session.end()
 
