@@ -187,11 +187,26 @@ double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& 
   return touching_per_sphere(spheres, cell, [](std::uint32_t, std::uint32_t) { return false; });
 }
 
+namespace {
+
+/// Each with its own mass, not that of its clump.
+std::vector<Sphere> weighed(const Bed& bed) {
+  std::vector<Sphere> spheres(bed.spheres().begin(), bed.spheres().end());
+  for (Sphere& s : spheres) s.m = bed.mass_of(s);
+  return spheres;
+}
+
+}  // namespace
+
+double bulk_density(const Bed& bed, const Bounds& region) {
+  const PeriodicCell& cell = bed.options().periodic;
+  return bed.clumps().empty() ? bulk_density(bed.spheres(), region, cell) : bulk_density(weighed(bed), region, cell);
+}
+
 BedReport report(const Bed& bed, const Bounds& region) {
   const PeriodicCell& cell = bed.options().periodic;
   if (bed.clumps().empty()) return report(bed.spheres(), region, cell);
-  std::vector<Sphere> spheres(bed.spheres().begin(), bed.spheres().end());
-  for (Sphere& s : spheres) s.m = bed.mass_of(s);
+  const std::vector<Sphere> spheres = weighed(bed);
   BedReport out = report(spheres, region, cell);
   out.coordination = touching_per_sphere(spheres, cell, [&](std::uint32_t i, std::uint32_t j) {
     const long of_i = bed.clump_of(spheres[i]);

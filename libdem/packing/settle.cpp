@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "libdem/laws/friction.hpp"
 #include "libdem/particles/rigid_rotation.hpp"
@@ -15,7 +17,19 @@ namespace {
 constexpr double kRestHeight = 1e-4;  ///< share of the radius that kinetic energy at rest could lift a sphere by
 constexpr int kRampSteps = 20;        ///< a twentieth of the attraction at a time moves a sphere by less than its rest
 constexpr long kProgressSteps = 100;
-constexpr long kLookSteps = 10;  ///< between looks whether the bed is still
+constexpr long kLookSteps = 10;     ///< between looks whether the bed is still
+constexpr long kDensitySteps = 20;  ///< between looks at the density
+
+// Compaction.
+constexpr double kFrictionStep = 0.7;    ///< of the friction of one cycle to the next
+constexpr double kLeastFriction = 0.05;  ///< below it the next cycle has none
+constexpr double kShaking = 0.5;         ///< amplitude, of gravity
+constexpr double kShakingPeriod = 4;     ///< in times of a fall by one radius
+constexpr double kShakingPeriods = 10;   ///< of one shaking
+constexpr double kFirstAim = 0.97;       ///< of the density: levelling off changes it by some percent
+constexpr double kAimGain = 0.8;         ///< of what is missing
+constexpr int kRefills = 8;              ///< of a bed that has sunk below its depth
+constexpr double kRoom = 1.1;            ///< from the loosest packing to the densest, 0.58 to 0.64
 
 std::string number(double x) {
   char text[32];
@@ -64,6 +78,7 @@ class Settler {
         rotation_counts_(plan.spins && rotation_comes_to_rest(laws)),
         decide_(plan.from),
         waits_(plan.from != nullptr) {
+    plain_gravity_ = bed.options().gravity;
     if (!(plan.step > 0)) throw std::invalid_argument("settling: the step must be positive");
     if (plan.duration && plan.until_speed)
       throw std::invalid_argument("settling: give either a duration or a speed to fall below, not both");
@@ -93,6 +108,41 @@ class Settler {
       run_for(*plan_.duration, "settling");
     else
       run_until(plan_.until_speed, "settling");
+  }
+
+  /// Under the load until the bed is still; then without it.
+  void press() {
+    BedLoad& load = *plan_.compaction.load;
+    load.begin(bed_);
+    load_ = &load;
+    run_until(std::nullopt, "pressing");
+    load_ = nullptr;
+    load.end(bed_);
+    run_until(std::nullopt, "resting after the load");
+  }
+
+  bool is_dense() {
+    const double target = *plan_.compaction.density;
+    return std::abs(density() - target) <= Compaction::kTolerance * target;
+  }
+  void require_density() {
+    if (plan_.compaction.density && !stopped_ && !is_dense()) refuse_density(density());
+  }
+
+  void aim_at_once() { aim_ = 1; }  ///< nothing is levelled off
+  /// Level off and a bed has another density, rougher at its surface: aim so that it is the right one then.
+  /// From below, since no bed is made looser.
+  void aim_by_what_is_left() { aim_ *= 1 + kAimGain * (*plan_.compaction.density / density() - 1); }
+
+  void densify() {
+    const double target = aim_ * *plan_.compaction.density, low = target * (1 - Compaction::kTolerance);
+    double now = density();
+    const bool first = !loosest_;
+    if (first) loosest_ = now;
+    if (first && now > *plan_.compaction.density * (1 + Compaction::kTolerance) && !stopped_)
+      refuse_density(compacted(now, std::numeric_limits<double>::infinity()));
+    now = compacted(now, low);
+    if (now < low && !stopped_) refuse_density(now);
   }
 
   SettleReport done() {
@@ -155,18 +205,71 @@ class Settler {
     bed_.restore(plan_.from->bed);
     waits_ = false;
     steps_ = plan_.from->steps, steps_of_run_ = plan_.from->steps_of_run, still_since_ = plan_.from->still_since;
+    if (load_ != nullptr) load_->restore(plan_.from->load);
     return false;
   }
+  double density() {
+    return decide_([&] { return bulk_density(bed_, plan_.compaction.region); });
+  }
+
+  /// The density from cycles of ever less friction, then from shaking while that gains anything.
+  double compacted(double now, double target) {
+    while (now < target && friction_ > 0 && !stopped_) {
+      friction_ = friction_ * kFrictionStep < kLeastFriction ? 0 : friction_ * kFrictionStep;
+      now = cycle(target, false);
+    }
+    for (double before = 0; now < target && now > before * (1 + 0.2 * Compaction::kTolerance) && !stopped_;)
+      before = std::exchange(now, cycle(target, true));
+    return now;
+  }
+
+  /// With little friction until the density is reached or nothing moves any more; then at rest with all of it.
+  double cycle(double target, bool shakes) {
+    bed_.set_laws(softened(laws_, 1, friction_));
+    if (target < std::numeric_limits<double>::infinity())
+      enough_ = [this, target] { return bulk_density(bed_, plan_.compaction.region) >= target; };
+    if (shakes) {
+      shaking_ = kShaking * gravity_;
+      run_for(kShakingPeriods * shaking_period(), "shaking");
+      shaking_ = 0;
+      bed_.set_gravity(plain_gravity_);
+    } else {
+      run_until(std::nullopt, "compacting with less friction");
+    }
+    enough_ = nullptr;
+    bed_.freeze();  // else the flow passes the density
+    harden();
+    run_until(std::nullopt, "resting after compaction");
+    return density();
+  }
+  double shaking_period() const { return kShakingPeriod * std::sqrt(2 * radius_ / gravity_); }
+  bool is_enough() const { return enough_ && steps_of_run_ % kDensitySteps == 0 && enough_(); }
+
+  [[noreturn]] void refuse_density(double densest) const {
+    const auto whole = [](double x) { return std::to_string(std::lround(x)); };
+    throw std::invalid_argument("the density of " + whole(*plan_.compaction.density) +
+                                " kg/m3 is not reached: this bed goes from " + whole(*loosest_) +
+                                " kg/m3, poured with all its friction, to " + whole(densest) +
+                                " kg/m3, compacted; choose a density between, or change the friction or the sizes of "
+                                "the spheres");
+  }
+
   void begin_run() { steps_of_run_ = 0, still_since_ = bed_.time(); }
   void end_run() {
     decide_([] { return 0.0; });
   }
   void keep_if_due() {
     if (!plan_.keep_due || !(stopped_ || plan_.keep_due())) return;
-    plan_.keep({decide_.made(), steps_, steps_of_run_, still_since_, bed_.save()});
+    plan_.keep({decide_.made(), steps_, steps_of_run_, still_since_,
+                load_ != nullptr ? load_->save() : std::vector<double>{}, bed_.save()});
   }
 
   void step(const char* stage) {
+    if (load_ != nullptr) load_->advance(bed_, plan_.step);
+    if (shaking_ > 0) {
+      const double turned = 2 * M_PI * static_cast<double>(steps_of_run_) * plan_.step / shaking_period();
+      bed_.set_gravity(plain_gravity_ + Vec3{shaking_ * std::sin(turned), 0, shaking_ * std::cos(turned)});
+    }
     bed_.step(plan_.step);
     ++steps_of_run_;
     if (++steps_ % kProgressSteps == 0 && plan_.progress)
@@ -178,7 +281,7 @@ class Settler {
     begin_run();
     if (passed()) return;
     const long steps = std::lround(duration / plan_.step);
-    while (steps_of_run_ < steps && !stopped_) {
+    while (steps_of_run_ < steps && !stopped_ && !is_enough()) {
       step(stage);
       keep_if_due();
     }
@@ -200,11 +303,14 @@ class Settler {
       if (stopped_) return keep_if_due();
       const bool with_rotation = !speed && rotation_counts_;
       const double now = rms_speed(with_rotation);
-      if (!(now < limit && bed_.max_speed() < std::max(falling, limit)))
+      if (is_enough()) break;
+      const bool borne = load_ == nullptr || load_->holds();
+      if (!(now < limit && bed_.max_speed() < std::max(falling, limit) && borne))
         still_since_ = bed_.time();
       else if (bed_.time() - still_since_ >= hold)
         break;
-      if (elapsed() > plan_.at_most) refuse_motion(stage, now, limit, with_rotation);
+      const double used = plan_.compaction.any() ? static_cast<double>(steps_of_run_) * plan_.step : elapsed();
+      if (used > plan_.at_most) refuse_motion(stage, now, limit, with_rotation);
       keep_if_due();
     }
     end_run();
@@ -220,6 +326,7 @@ class Settler {
     if (with_rotation) text += " with their rotation, at " + number(rms_speed(false)) + " m/s without";
     text += "; the fastest centre has " + number(bed_.max_speed()) + " m/s";
     if (with_rotation) text += ", the fastest surface turns at " + number(turning) + " m/s";
+    if (load_ != nullptr) text += "; " + load_->state();
     throw std::runtime_error(text + " (" + stage + "; at rest means " + number(limit) +
                              " m/s rms); allow more time, raise the speed, or settle for a given duration");
   }
@@ -236,6 +343,14 @@ class Settler {
   long steps_ = 0, steps_of_run_ = 0;
   double still_since_ = 0;
   bool stopped_ = false;
+  // Of compaction.
+  BedLoad* load_ = nullptr;  ///< that acts now
+  Vec3 plain_gravity_;
+  double shaking_ = 0;      ///< m/s2
+  double friction_ = 1;     ///< factor of the last cycle
+  double aim_ = kFirstAim;  ///< of the density
+  std::optional<double> loosest_;
+  std::function<bool()> enough_;  ///< ends a run early
 };
 
 /// Of each clump, m.
@@ -325,6 +440,49 @@ std::size_t level(Bed& bed, const Bounds& region, double top, Settler& settler) 
   }));
 }
 
+void compact(Settler& settler, const Compaction& to) {
+  if (settler.stopped()) return;
+  if (to.load != nullptr) settler.press();
+  if (to.density) settler.densify();
+}
+
+/// One layer after the other, each compacted where a load is, onto what lies.
+class LayeredRain {
+ public:
+  LayeredRain(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan, Settler& settler)
+      : bed_(bed), laws_(laws), fill_(fill), plan_(plan), settler_(settler) {}
+
+  /// @param again how often it has been rained and levelled before
+  void rain(const std::vector<BedLayer>& layers, std::size_t k, int again = 0) {
+    const double below = k == 0 ? 0 : layers[k - 1].top;
+    BedLayer room = layers[k];
+    if (plan_.compaction.any()) room.top = below + kRoom * (room.top - below);
+    for (int n = 0; n < kRefills && !settler_.stopped(); ++n) {
+      if (n + again > 0 && plan_.staged) settler_.soften();
+      rain_layer(bed_, laws_, fill_.region, room,
+                 fill_.seed + k + 1000 * static_cast<std::uint64_t>(n + kRefills * again), fill_.clumps, settler_);
+      const bool last = k + 1 == layers.size();
+      if (plan_.staged && (last || plan_.compaction.load != nullptr)) settler_.raise();
+      if (last) settler_.finish();
+      if (plan_.compaction.load != nullptr || last) compact(settler_, plan_.compaction);
+      if (!plan_.compaction.any() || reaches(layers[k].top)) break;
+    }
+    if (plan_.staged && plan_.compaction.load != nullptr && k + 1 < layers.size()) settler_.soften();
+  }
+
+ private:
+  bool reaches(double top) {
+    return settler_.measured([&] {
+      return surface_height(bed_.spheres(), fill_.region).mean >= fill_.region.low.y + top ? 1.0 : 0.0;
+    }) > 0;
+  }
+  Bed& bed_;
+  const LawTable& laws_;
+  const RandomFill& fill_;
+  const SettlePlan& plan_;
+  Settler& settler_;
+};
+
 void check_layers(const std::vector<BedLayer>& layers) {
   double below = 0;
   for (const BedLayer& layer : layers) {
@@ -363,6 +521,9 @@ SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, cons
   }
   settler.harden();
   settler.finish();
+  settler.aim_at_once();
+  compact(settler, plan.compaction);
+  settler.require_density();
   return settler.done();
 }
 
@@ -383,15 +544,23 @@ SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fi
   }
   for (std::size_t k = 0; k < layers.size() && !settler.stopped(); ++k) {
     if (k > 0) levelled += level(bed, fill.region, layers[k - 1].top, settler);
-    rain_layer(bed, laws, fill.region, layers[k], fill.seed + k, fill.clumps, settler);
+    LayeredRain(bed, laws, fill, plan, settler).rain(layers, k);
     ends.push_back(static_cast<std::uint32_t>(settler.measured([&] { return next_id(bed); })));
   }
-  if (plan.staged) settler.raise();
-  settler.finish();
-  if (!layers.empty() && !settler.stopped()) {
+  if (fill.count) {
+    settler.aim_at_once();
+    if (plan.staged) settler.raise();
+    settler.finish();
+    compact(settler, plan.compaction);
+  }
+  for (int n = 0; n < kRefills && !layers.empty() && !settler.stopped(); ++n) {
     levelled += level(bed, fill.region, layers.back().top, settler);
     settler.finish();
+    if (!plan.compaction.density || settler.stopped() || settler.is_dense()) break;
+    settler.aim_by_what_is_left();
+    LayeredRain(bed, laws, fill, plan, settler).rain(layers, layers.size() - 1, n + 1);
   }
+  settler.require_density();
   SettleReport out = settler.done();
   out.levelled = levelled;
   if (!fill.layers.empty()) out.layer_ends = ends;

@@ -2,6 +2,8 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "libdem/base/archive.hpp"
@@ -36,14 +38,44 @@ struct SettleProgress {
 /// put in.
 struct SettleState {
   std::vector<double> decisions;
-  long steps = 0;          ///< of all stages
-  long steps_of_run = 0;   ///< of the stage under way
-  double still_since = 0;  ///< s at which the bed was last not still
+  long steps = 0;            ///< of all stages
+  long steps_of_run = 0;     ///< of the stage under way
+  double still_since = 0;    ///< s at which the bed was last not still
+  std::vector<double> load;  ///< BedLoad::save, of one that acts
   Bed::State bed;
   /// All but the bed.
   void archive(Archive& a) {
     a("decisions", decisions)("steps", steps)("steps of run", steps_of_run)("still since", still_since);
+    if (!a.reads() || a.has("load")) a("load", load);
   }
+};
+
+/// What presses on a bed from above while it is compacted.
+class BedLoad {
+ public:
+  virtual ~BedLoad() = default;
+  virtual void begin(Bed& bed) = 0;               ///< stands above the spheres
+  virtual void advance(Bed& bed, double dt) = 0;  ///< to where it acts in the next step
+  virtual bool holds() const = 0;                 ///< the spheres bear it
+  virtual std::string state() const = 0;          ///< what they bear now, for a refusal
+  virtual void end(Bed& bed) = 0;                 ///< acts on nothing
+  virtual std::vector<double> save() const = 0;
+  virtual void restore(std::span<const double> numbers) = 0;
+};
+
+/// What a bed is compacted to once it lies: a density or a load.
+///
+/// To a density a bed is poured as loose as it gets, with all its friction. Friction is then lowered step by step: the
+/// spheres slide closer until the density is reached or they rest, and all friction comes back. Where no friction is
+/// left, horizontal shaking follows. Either way the whole depth is compacted alike; a plate packs the surface most.
+/// A load is applied under the final laws, held until the bed is still, and taken off; layer by layer where the bed has
+/// layers.
+struct Compaction {
+  std::optional<double> density;  ///< kg/m3, bulk_density() over `region`
+  Bounds region{};
+  BedLoad* load = nullptr;
+  static constexpr double kTolerance = 0.005;  ///< of the density: half of what one more seed changes
+  bool any() const { return density || load != nullptr; }
 };
 
 struct SettlePlan {
@@ -52,8 +84,9 @@ struct SettlePlan {
   std::optional<double> until_speed;  ///< m/s, rms, under the final laws; neither: until at rest (below)
   double at_most = 5;                 ///< s until at rest, from the start over all stages; longer is an error
   bool staged = false;
-  double lowered = 0.1;  ///< factor on friction and rolling resistance before they are raised
-  double ramp = 0.1;     ///< s over which attraction, friction and rolling resistance come back
+  double lowered = 0.1;     ///< factor on friction and rolling resistance before they are raised
+  double ramp = 0.1;        ///< s over which attraction, friction and rolling resistance come back
+  Compaction compaction{};  ///< `at_most` then holds for each of its stages by itself
   /// Whether angular velocity counts in "at rest". A sphere that turns about the normal of its only contact is braked
   /// by nothing but torsion, which few laws have; one such sphere in a small bed keeps it from rest. It never counts
   /// where a law's rolling resistance is a constant torque: that reverses in every step about zero and ends no
@@ -103,8 +136,9 @@ struct RandomFill {
 
 /// Rains the spheres into the bed's boundaries and settles them. For a depth: as many spheres as a loose random packing
 /// needs, more according to the solid fraction measured once they lie, then what stands above is levelled off, so that
-/// the mean surface is at the depth, and the bed settles once more. Layers rain one after the other, each onto the one
-/// below when that has come to rest and is levelled: raining all at once would give interfaces as steep as the heap.
+/// the mean surface is at the depth, and the bed settles once more. A bed that is compacted is rained a tenth higher,
+/// and again where that was not enough. Layers rain one after the other, each onto the one below when that has come to
+/// rest and is levelled: raining all at once would give interfaces as steep as the heap.
 SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fill, const SettlePlan& plan);
 
 }  // namespace subsoil::dem

@@ -36,6 +36,7 @@ void archive_soil(Archive& a, SavedRun& saved) {
   a("surface spread", s.surface_spread)("coordination", s.coordination)("carved", s.carved);
   a("container shift", saved.container_shift);
   a.group("layers", [&] { archive_layers(a, s); });
+  if (!a.reads() || a.has("by depth")) a("by depth", s.by_depth);
 }
 
 void archive_progress(Archive& a, RunProgress& p) {

@@ -127,6 +127,17 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
                            {"top [m]", layer.top},
                            {"spread of the top [m]", layer.spread},
                            {"thickness [m]", layer.thickness}});
+  for (const DepthRow& row : world.soil.by_depth)
+    b["by depth"].push_back({{"depth [m]", row.depth},
+                             {"bulk density [kg/m3]", row.density},
+                             {"contacts per sphere", row.coordination},
+                             {"vertical stress [Pa]", row.vertical_stress},
+                             {"horizontal over vertical stress", row.stress_ratio}});
+  if (!world.soil.by_depth.empty()) {
+    double sum = 0;
+    for (const DepthRow& row : world.soil.by_depth) sum += row.stress_ratio;
+    b["horizontal over vertical stress"] = sum / static_cast<double>(world.soil.by_depth.size());
+  }
   b["settled for [s]"] = world.soil.settled_for;
   b["carved for the machine"] = world.soil.carved;
   b["fallen out and removed"] = world.bed->removed_count();

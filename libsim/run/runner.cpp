@@ -56,6 +56,11 @@ void report_soil(const World& world) {
   for (const auto& [material, layer] : world.soil.layers)
     spdlog::info("layer of {}: {} spheres, {:.1f} mm thick, top at {:.4f} m (spread {:.1f} mm)", material,
                  layer.spheres, layer.thickness * 1e3, layer.top, layer.spread * 1e3);
+  for (const DepthRow& row : world.soil.by_depth)
+    spdlog::info(
+        "at {:.0f} mm depth: {:.0f} kg/m3, {:.2f} contacts per sphere, {:.3g} kPa, horizontal over vertical stress "
+        "{:.2f}",
+        row.depth * 1e3, row.density, row.coordination, row.vertical_stress * 1e-3, row.stress_ratio);
   if (world.soil.settled_for > 0)
     spdlog::info("settled for {:.3f} s to an rms speed of {:.2g} m/s", world.soil.settled_for, world.soil.rms_speed);
   if (world.soil.carved > 0) spdlog::info("{} spheres removed for the machine", world.soil.carved);

@@ -17,6 +17,7 @@
 #include "libsim/document/quantity.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/gravity.hpp"
+#include "libsim/setup/compaction_plate.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/shapes.hpp"
 
@@ -103,7 +104,22 @@ void SoilBuilder::add_walls() {
     world_.surfaces.push_back(
         {.name = world_.bed->boundary(index).name, .owner = SurfaceRecord::Owner::container, .boundary = index});
   }
+  add_plate();
   shape_walls(0);
+}
+
+/// Of the container's size, beyond periodic sides as walls are. It acts on nothing but while the bed is pressed.
+void SoilBuilder::add_plate() {
+  if (!has_bed() || !bed().settle || !bed().settle->pressure) return;
+  Container c = *loaded_.scenario.soil->container;
+  for (int d = 0; d < 3; ++d)
+    if (c.periodic[static_cast<std::size_t>(d)]) c.at[d] -= 0.5 * c.size[d], c.size[d] *= 2;
+  dem::Boundary plate;
+  plate.name = "compaction plate";
+  plate.material = material_index(loaded_.scenario, c.material);
+  plate.meets_fixed = plate.active = false;
+  plate.shape = dem::MeshSurface(face_mesh(c.at, {c.size.x, 0, c.size.z}, 3));
+  plate_ = world_.bed->add(std::move(plate));
 }
 
 /// Walls as high as the container, or higher while spheres rain in. Along periodic directions they reach beyond both
@@ -653,6 +669,10 @@ void SoilBuilder::settle(double step) {
   plan.ramp = s.ramp;
   if (options_.progress)
     plan.progress = [this](const dem::SettleProgress& p) { return options_.progress(p.elapsed, p.rms_speed); };
+  plan.compaction.density = s.density, plan.compaction.region = measured();
+  if (s.density) plan.lowered = 1;
+  std::optional<CompactionPlate> plate;
+  if (s.pressure) plan.compaction.load = &plate.emplace(*world_.bed, plate_, *s.pressure, step);
   plan.from = options_.settling;
   plan.keep_due = options_.keep_settling_due;
   if (options_.keep_settling)
@@ -723,6 +743,7 @@ void SoilBuilder::finish() {
     world_.soil.surface_mean = r.surface.mean;
     world_.soil.surface_spread = r.surface.spread;
     world_.soil.coordination = r.coordination;
+    if (settles() && acts_down(loaded_.scenario.gravity)) world_.soil.by_depth = profile_by_depth(bed, measured());
     if (!layer_.empty()) {
       const auto layers = dem::report_layers(bed.spheres(), measured(), layer_, this->bed().layers.size());
       for (std::size_t k = 0; k < layers.size(); ++k)

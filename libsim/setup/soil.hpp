@@ -41,6 +41,7 @@ class SoilBuilder {
   bool has_bed() const { return loaded_.scenario.soil && loaded_.scenario.soil->bed; }
   bool rains() const { return has_bed() && bed().fill == Fill::random && options_.place_soil; }
   void add_walls();
+  void add_plate();
   void shift_walls();
   void open_walls();
   void shape_walls(double extra_height);
@@ -85,6 +86,7 @@ class SoilBuilder {
   const Loaded& loaded_;
   const BuildOptions& options_;
   std::array<int, 6> wall_{-1, -1, -1, -1, -1, -1};
+  int plate_ = -1;                       ///< that presses on the bed while it settles
   std::vector<int> layer_;               ///< of each sphere, by its id; from below
   std::optional<double> datum_of_file_;  ///< BedTable::surface, of a bed in a container
 };

@@ -11,6 +11,7 @@
 #include "libdem/packing/settle.hpp"
 #include "libdem/step/accuracy.hpp"
 #include "libsim/scenario/load.hpp"
+#include "libsim/setup/bed_profile.hpp"
 
 namespace subsoil::dem {
 class MovingBed;
@@ -57,6 +58,7 @@ struct SoilReport {
   double surface_mean = 0, surface_spread = 0;                     ///< m
   double coordination = 0;                                         ///< contacts per sphere
   std::vector<std::pair<std::string, dem::LayerReport>> layers{};  ///< from the surface down, with their materials
+  std::vector<DepthRow> by_depth{};                                ///< from the surface down; empty where none settled
   std::size_t carved = 0;
   bool stopped = false;  ///< a signal came while it was still settling
 };

@@ -5,16 +5,58 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libsim/document/quantity.hpp"
+#include "libsim/keys/json_forms.hpp"
+#include "libsim/keys/nodes.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/scenario.hpp"
 
 namespace subsoil::sim {
 
+namespace {
+
+/// A density or a pressure, by its unit.
+class CompactTo final : public Value {
+ public:
+  explicit CompactTo(Settle& settle) : settle_(settle) {}
+  void read(const Node& node, const ReadScope& scope) override {
+    const auto is = [&](const char* unit) -> std::optional<double> {
+      try {
+        return numbers_of(node, unit, 1, scope.n).front();
+      } catch (const std::invalid_argument&) {
+        return {};
+      }
+    };
+    settle_.density = is("kg/m^3"), settle_.pressure = settle_.density ? std::nullopt : is("Pa");
+    const double value = settle_.density ? *settle_.density : settle_.pressure.value_or(0);
+    if (!settle_.compacts()) throw Refusal("needs a density (1450 kg/m^3) or a pressure (20 kPa)");
+    if (!(value > 0)) throw Refusal("must be above zero");
+  }
+  Node print(const PrintScope&) const override {
+    if (settle_.density) return Node::of(format_quantity(*settle_.density, "kg/m^3"));
+    return settle_.pressure ? Node::of(format_quantity(*settle_.pressure, "Pa")) : Node{};
+  }
+  std::string what() const override { return "kg/m^3 or Pa"; }
+  std::string range() const override { return "(0, inf)"; }
+  Json schema() const override { return either({number_form("kg/m^3"), number_form("Pa")}); }
+
+ private:
+  Settle& settle_;
+};
+
+}  // namespace
+
 void describe(Fields& v, Settle& s) {
   v.quantity("for", s.duration, "s", "(0, inf)", "settle for this long");
   v.quantity("until", s.until_speed, "m/s", "(0, inf)", "settle until the spheres' rms speed is below this");
   v.quantity("at most", s.at_most, "s", "(0, inf)", "a bed that is not at rest by then stops the run");
+  CompactTo to(s);
+  v.visit_value({"to",
+                 "a density: the bed is poured with all its friction and compacted with less until it has this bulk "
+                 "density; a pressure: a plate of the container's size presses on the bed, layer by layer, until it is "
+                 "at rest, and is taken off; left out: as it comes to rest"},
+                to);
   v.choice("stages", s.stages, {{"auto", Stages::automatic}, {"yes", Stages::yes}, {"no", Stages::no}},
            "first without attraction and with lowered friction and rolling, then both raised, then at rest again; "
            "auto: for random fill");
@@ -138,9 +180,27 @@ struct BedChecks : Checks {
     if (b.rough_floor) rough_floor(b);
     if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
-    if (b.settle && b.settle->duration.has_value() == b.settle->until_speed.has_value()) {
-      refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed)");
-    }
+    if (b.settle) settle(b, *b.settle);
+  }
+
+  void settle(const BedSection& b, const Settle& to) {
+    const bool both = to.duration && to.until_speed;
+    if (both || (!to.compacts() && !to.duration && !to.until_speed))
+      refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed), or `to` (a density or a pressure)");
+    if (!to.compacts()) return;
+    const char* const path = "soil.bed.settle.to";
+    if (!acts_down(s.gravity)) refuse(path, "needs gravity along -y; leave it out");
+    if (!s.soil->container) refuse(path, "needs a container, whose walls hold the bed while it is compacted; give one");
+    if (to.density && places.contains("soil.bed.settle.lowered"))
+      refuse("soil.bed.settle.lowered",
+             "has no effect: a bed that is compacted to a density is poured with all its friction; leave it out");
+    if (to.density && !b.layers.empty())
+      refuse(path, "is one density for several layers; give a pressure, which compacts them one by one");
+    for (const Material& m : s.materials)
+      if (to.density && m.name == b.material && *to.density >= m.density)
+        refuse(path, fmt::format("{:.4g} kg/m^3", *to.density),
+               fmt::format("must be below the density of the grains, {:.4g} kg/m^3; a bed has about 0.6 of it",
+                           m.density));
   }
 
   void fixed(const BedSection& b, std::size_t i) {

@@ -22,9 +22,12 @@ struct Settle {
   std::optional<double> duration;     // `for`
   std::optional<double> until_speed;  // rms speed of the spheres
   double at_most = 5.0;               // s; longer is an error
+  std::optional<double> density;      // `to`, kg/m^3, or
+  std::optional<double> pressure;     // `to`, Pa
   Stages stages = Stages::automatic;  // automatic: yes for random fill
   double lowered = 0.1;               // factor on friction and rolling before the ramp
   double ramp = 0.1;                  // s over which attraction, friction and rolling come back
+  bool compacts() const { return density || pressure; }
   bool staged(Fill fill) const {
     return stages == Stages::yes || (stages == Stages::automatic && fill == Fill::random);
   }
