@@ -121,12 +121,22 @@ class Settler {
     run_until(std::nullopt, "resting after the load");
   }
 
-  bool is_dense() {
-    const double target = *plan_.compaction.density;
-    return std::abs(density() - target) <= Compaction::kTolerance * target;
-  }
+  bool is_dense() { return density() >= (1 - Compaction::kTolerance) * *plan_.compaction.density; }
   void require_density() {
-    if (plan_.compaction.density && !stopped_ && !is_dense()) refuse_density(density());
+    if (!plan_.compaction.density || stopped_) return;
+    const double now = density(), target = *plan_.compaction.density;
+    if (now < (1 - Compaction::kTolerance) * target) refuse_density(now);
+    if (now > (1 + Compaction::kTolerance) * target) refuse_passed(now);
+  }
+  /// A density is measured away from floor, surface and walls. @param depth of the bed at its end, m; or as it lies
+  void require_room(std::optional<double> depth) const {
+    if (!plan_.compaction.density) return;
+    const Bounds& region = plan_.compaction.region;
+    const Vec3& period = bed_.options().periodic.length;
+    const double diameter = 2 * mean_radius(bed_.spheres());
+    refuse_small(depth ? *depth : surface_height(bed_.spheres(), region).mean - region.low.y, diameter, "deep");
+    if (!(period.x > 0)) refuse_small(region.high.x - region.low.x, diameter, "long");
+    if (!(period.z > 0)) refuse_small(region.high.z - region.low.z, diameter, "wide");
   }
 
   void aim_at_once() { aim_ = 1; }  ///< nothing is levelled off
@@ -134,7 +144,9 @@ class Settler {
   /// From below, since no bed is made looser.
   void aim_by_what_is_left() { aim_ *= 1 + kAimGain * (*plan_.compaction.density / density() - 1); }
 
+  /// From all the friction down each time: what has been added is as loose as the bed was.
   void densify() {
+    friction_ = 1;
     const double target = aim_ * *plan_.compaction.density, low = target * (1 - Compaction::kTolerance);
     double now = density();
     const bool first = !loosest_;
@@ -252,6 +264,23 @@ class Settler {
                                 " kg/m3, poured with all its friction, to " + whole(densest) +
                                 " kg/m3, compacted; choose a density between, or change the friction or the sizes of "
                                 "the spheres");
+  }
+
+  [[noreturn]] void refuse_passed(double now) const {
+    const auto whole = [](double x) { return std::to_string(std::lround(x)); };
+    throw std::invalid_argument("the density of " + whole(*plan_.compaction.density) +
+                                " kg/m3 is passed: level, this bed has " + whole(now) +
+                                " kg/m3, and it cannot be made looser; take another seed, or a larger bed, whose "
+                                "density one sphere changes less");
+  }
+
+  static void refuse_small(double length, double diameter, const char* direction) {
+    const double least = Compaction::kLeastDiameters * diameter;
+    if (length >= least) return;
+    throw std::invalid_argument(std::string("a density is measured away from floor, surface and walls, in a bed of ") +
+                                number(Compaction::kLeastDiameters) + " mean diameters at least, " + number(least) +
+                                " m; this bed is " + number(length) + " m " + direction +
+                                "; make it larger, its spheres smaller, or its sides periodic");
   }
 
   void begin_run() { steps_of_run_ = 0, still_since_ = bed_.time(); }
@@ -440,8 +469,10 @@ std::size_t level(Bed& bed, const Bounds& region, double top, Settler& settler) 
   }));
 }
 
-void compact(Settler& settler, const Compaction& to) {
+/// @param depth of the bed at its end, m; left out: as it lies
+void compact(Settler& settler, const Compaction& to, std::optional<double> depth = {}) {
   if (settler.stopped()) return;
+  settler.require_room(depth);
   if (to.load != nullptr) settler.press();
   if (to.density) settler.densify();
 }
@@ -464,7 +495,7 @@ class LayeredRain {
       const bool last = k + 1 == layers.size();
       if (plan_.staged && (last || plan_.compaction.load != nullptr)) settler_.raise();
       if (last) settler_.finish();
-      if (plan_.compaction.load != nullptr || last) compact(settler_, plan_.compaction);
+      if (plan_.compaction.load != nullptr || last) compact(settler_, plan_.compaction, layers.back().top);
       if (!plan_.compaction.any() || reaches(layers[k].top)) break;
     }
     if (plan_.staged && plan_.compaction.load != nullptr && k + 1 < layers.size()) settler_.soften();

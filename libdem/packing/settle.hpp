@@ -75,6 +75,9 @@ struct Compaction {
   Bounds region{};
   BedLoad* load = nullptr;
   static constexpr double kTolerance = 0.005;  ///< of the density: half of what one more seed changes
+  /// Of depth, and of width between walls, to measure a density: a window of five, and one more of the levelled
+  /// surface.
+  static constexpr double kLeastDiameters = 7;
   bool any() const { return density || load != nullptr; }
 };
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "libsim/post/coarse_graining.hpp"
+#include "libsim/base/coarse_graining.hpp"
 
 /// `subsoil fields RUN`: continuum fields of a run's frames on a grid or a section.
 namespace subsoil::sim {

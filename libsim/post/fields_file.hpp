@@ -3,7 +3,7 @@
 #include <string>
 
 #include "libsim/io/hdf5.hpp"
-#include "libsim/post/coarse_graining.hpp"
+#include "libsim/base/coarse_graining.hpp"
 
 namespace subsoil::sim {
 

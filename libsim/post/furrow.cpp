@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 
-#include "libsim/post/coarse_graining.hpp"
+#include "libsim/base/coarse_graining.hpp"
 
 namespace subsoil::sim {
 namespace {

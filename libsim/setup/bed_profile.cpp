@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "libdem/packing/measure.hpp"
-#include "libsim/post/coarse_graining.hpp"
+#include "libsim/base/coarse_graining.hpp"
 
 namespace subsoil::sim {
 namespace {

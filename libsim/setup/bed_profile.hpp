@@ -7,7 +7,7 @@
 
 namespace subsoil::sim {
 
-/// A bed at one depth: means over points of the coarse-grained fields (post/coarse_graining.hpp).
+/// A bed at one depth: means over points of the coarse-grained fields (base/coarse_graining.hpp).
 struct DepthRow {
   double depth = 0;            ///< m below the mean surface
   double density = 0;          ///< kg/m3

@@ -7,7 +7,7 @@
 
 #include "libdem/bed.hpp"
 #include "libsim/io/hdf5.hpp"
-#include "libsim/post/coarse_graining.hpp"
+#include "libsim/base/coarse_graining.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/program_runs.hpp"
 

@@ -12,7 +12,7 @@
 namespace subsoil::dem::test::bed_compaction {
 namespace {
 
-constexpr double r = 0.01, kSide = 0.09, kDepth = 0.13;
+constexpr double r = 0.01, kSide = 0.12, kDepth = 0.13;
 const Bounds box{{0, 0, 0}, {kSide, 0.3, kSide}};
 
 /// Sand: poured with all its friction it lies loose.

@@ -99,9 +99,9 @@ contacts:
   - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
   - {<<: *dry, between: [soil, steel], mu: 0.3}
 soil:
-  container: {size: 0.12 0.3 0.12 m, at: 0 0 0 m, material: steel}
+  container: {size: 0.13 0.3 0.13 m, at: 0 0 0 m, material: steel}
   surface: 0 m
-  bed: {fill: random, material: soil, radius: {uniform: 8 10 mm}, depth: 100 mm, settle: {to: 1460 kg/m^3}}
+  bed: {fill: random, material: soil, radius: {uniform: 8 10 mm}, depth: 130 mm, settle: {to: 1460 kg/m^3}}
 time: {end: 2 ms}
 output: {every: 2 ms}
 )";
@@ -138,6 +138,8 @@ TEST(BedCompaction, RefusesWhatCannotBe) {
   EXPECT_PRED2(holds, refusal("soil.bed.settle.to=20 mm"), "needs a density (1450 kg/m^3) or a pressure (20 kPa)");
   EXPECT_PRED2(holds, refusal("soil.bed.settle.to=0 kPa"), "must be above zero");
   EXPECT_PRED2(holds, refusal("soil.bed.settle.lowered=0.5"), "has no effect");
+  EXPECT_PRED2(holds, refusal("soil.bed.depth=100 mm"), "this bed is 0.1 m deep; make it larger");
+  EXPECT_PRED2(holds, refusal("soil.container.size=0.1 0.3 0.13 m"), "this bed is 0.1 m long; make it larger");
   EXPECT_PRED2(holds, refusal("soil.bed.settle.to=2000 kg/m^3"), "this bed goes from 1");
 }
 

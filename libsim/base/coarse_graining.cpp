@@ -1,4 +1,4 @@
-#include "libsim/post/coarse_graining.hpp"
+#include "libsim/base/coarse_graining.hpp"
 
 #include <algorithm>
 #include <cmath>
