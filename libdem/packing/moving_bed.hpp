@@ -6,6 +6,7 @@
 
 #include "libdem/base/archive.hpp"
 #include "libdem/bed.hpp"
+#include "libdem/packing/carried_soil.hpp"
 
 /// A long bed in a short window that follows a tool (docs/theory, section 7.2).
 namespace subsoil::dem {
@@ -34,20 +35,6 @@ struct PeriodicBlock {
 /// Of a bed that is periodic along x; its spheres are stopped. @param boundary_of index that each of its boundaries has
 /// in the bed that is made of blocks. Throws std::invalid_argument for bonds, clumps and fixed spheres.
 PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of);
-
-/// What came into the window ahead, or was left behind: of spheres when they begin or cease to move freely.
-struct CarriedSoil {
-  std::size_t spheres = 0;
-  double mass = 0;                              ///< kg
-  Vec3 momentum;                                ///< N s
-  double kinetic = 0, gravity = 0, stored = 0;  /// J
-  double energy() const { return kinetic + gravity + stored; }
-  void add(const Sphere& sphere, const Vec3& acceleration);  ///< gravity's
-  void add(const CarriedSoil& more);
-  void archive(Archive& a) {
-    a("spheres", spheres)("mass", mass)("momentum", momentum)("kinetic", kinetic)("gravity", gravity)("stored", stored);
-  }
-};
 
 struct MovingBedPlan {
   double rear = 0;    ///< x of the end of the window that the tool leaves behind, at the start, m
