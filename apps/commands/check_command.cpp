@@ -50,6 +50,13 @@ std::string clump_words(const dem::ClumpShape& shape, const World& world) {
                      shape.inertia.x * 1e9, shape.inertia.y * 1e9, shape.inertia.z * 1e9);
 }
 
+std::string inlet_words(const PouredSoil& one, double end) {
+  double mass = 0;
+  const std::vector<dem::Sphere> due = one.inlet.due_by(end);
+  for (const dem::Sphere& s : due) mass += s.m;
+  return fmt::format("{}: {} spheres, {:.4g} kg until {:.6g} s", one.name, due.size(), mass, end);
+}
+
 }  // namespace
 
 Estimate estimate(const RunRequest& request) {
@@ -73,6 +80,7 @@ int check_command(const RunRequest& request) {
     const bool poured = s.soil && s.soil->bed && s.soil->bed->fill == Fill::random;
     line("spheres", poured && !s.soil->bed->count ? fmt::format("about {:.0f} (poured)", spheres)
                                                   : fmt::format("{:.0f}", spheres));
+    for (const PouredSoil& one : world.inlets) line("inlet", inlet_words(one, s.time.end));
     for (const dem::ClumpShape& shape : world.bed->clump_shapes()) line("clump", clump_words(shape, world));
     if (world.soil.spheres > 0 && !poured)
       line("bed as placed", fmt::format("{:.1f} kg", world.soil.mass) +
@@ -119,9 +127,10 @@ int check_command(const RunRequest& request) {
   if (world.bed)
     line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6,
                               world.bed->threads(), world.bed->kernel_name()));
-  line("wall time", "about " + duration_text(trial.cost.wall_time));
-  line("memory", "about " + bytes_text(trial.cost.memory));
-  line("disk", fmt::format("about {} in {} frames", bytes_text(trial.cost.disk), trial.cost.frames));
+  const char* const of = world.inlets.empty() ? "" : ", without the spheres of inlets";
+  line("wall time", "about " + duration_text(trial.cost.wall_time) + of);
+  line("memory", "about " + bytes_text(trial.cost.memory) + of);
+  line("disk", fmt::format("about {} in {} frames{}", bytes_text(trial.cost.disk), trial.cost.frames, of));
   return exit_ok;
 }
 

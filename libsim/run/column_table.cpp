@@ -130,6 +130,12 @@ constexpr ColumnOf<SoilAsWhole> windows[] = {
     {"entered energy", "J", [](From f, Whole) { return window(f).entered().energy(); }},
     {"left energy", "J", [](From f, Whole) { return window(f).left().energy(); }}};
 
+const dem::CarriedSoil& poured(From f, const InletOfWorld& i) { return f.world.inlets[i.index].inlet.poured(); }
+constexpr ColumnOf<InletOfWorld> inlets[] = {
+    {"poured", "kg", [](From f, const InletOfWorld& i) { return poured(f, i).mass; }},
+    {"spheres", "1", [](From f, const InletOfWorld& i) { return count(poured(f, i).spheres); }},
+    {"energy", "J", [](From f, const InletOfWorld& i) { return poured(f, i).energy(); }}};
+
 }  // namespace
 
 const ColumnFamily<SoilOnBody> soil_on_body_columns{
@@ -172,6 +178,10 @@ const ColumnFamily<SoilAsWhole> window_columns{"window", Taken::sample, windows,
                                                "with its momentum along x; their kinetic and potential energy and that "
                                                "of their contacts, whose difference is part "
                                                "of `soil.removed`"};
+const ColumnFamily<InletOfWorld> inlet_columns{
+    "INLET", Taken::sample, inlets,
+    "of an inlet, since the start: mass and number of the spheres that came, their kinetic and potential energy, which "
+    "is part of `soil.removed` with its sign turned"};
 
 namespace {
 
@@ -295,7 +305,7 @@ std::string columns_markdown() {
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
          line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns) +
-         line(window_columns);
+         line(window_columns) + line(inlet_columns);
   return out + "| others | your own `machine.measures` and `output.monitor` |\n";
 }
 

@@ -43,6 +43,9 @@ struct SoilOnBody {
   int body;
 };
 struct SoilAsWhole {};
+struct InletOfWorld {
+  std::size_t index;
+};
 
 extern const ColumnFamily<SoilOnBody> soil_on_body_columns;
 extern const ColumnFamily<SurfaceRecord> surface_columns;
@@ -54,6 +57,7 @@ extern const ColumnFamily<SoilAsWhole> bed_columns;
 extern const ColumnFamily<SoilAsWhole> bond_columns;    ///< where a law has bonds
 extern const ColumnFamily<SoilAsWhole> frozen_columns;  ///< with an active region
 extern const ColumnFamily<SoilAsWhole> window_columns;  ///< of a moving bed
+extern const ColumnFamily<InletOfWorld> inlet_columns;
 
 /// A group of the machine's columns as libmbd names them: OWNER.name, or OWNER's own where it is a fixed word.
 struct MachineColumns {

@@ -64,8 +64,9 @@ bool has_owner(const std::map<std::string, std::string>& values, const std::stri
 Difference::Kind kind_of(const std::string& key) {
   for (const char* head : {"title", "engine", "simd", "time.end", "time.threads", "output", "limits"})
     if (within(key, head)) return Difference::Kind::harmless;
-  for (const char* head : {"subsoil", "analysis", "soil.bed", "soil.clumps", "soil.container", "soil.surface",
-                           "soil.moving", "machine.start", "machine.bodies", "machine.joints", "machine.surfaces"})
+  for (const char* head :
+       {"subsoil", "analysis", "soil.bed", "soil.clumps", "soil.container", "soil.surface", "soil.moving",
+        "soil.inlets", "machine.start", "machine.bodies", "machine.joints", "machine.surfaces"})
     if (within(key, head)) return Difference::Kind::impossible;
   if (starts(key, "materials.") && key.size() > 8 && key.substr(key.size() - 8) == ".density")
     return Difference::Kind::impossible;  // spheres have their mass

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <set>
 #include <utility>
 
 #include "libsim/io/frame_parts.hpp"
@@ -44,6 +46,7 @@ FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario&
     table = go_on->particles;
   else
     list_particles(table, scenario);
+  list_poured(table, scenario.time.end);
   list_surfaces(surfaces);
   if (scenario.machine) mechanism_.emplace(scenario);
   if (mechanism_) mechanism_->list(surfaces);
@@ -74,6 +77,41 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
         clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
     table.volume.push_back(world_.bed->volume_of(*sphere));
   }
+}
+
+namespace {
+
+template <class T>
+void put_in_order(std::vector<T>& values, const std::vector<std::size_t>& order) {
+  std::vector<T> out;
+  if (values.size() != order.size()) return;  // a column that the table leaves out
+  for (const std::size_t k : order) out.push_back(values[k]);
+  values = std::move(out);
+}
+
+}  // namespace
+
+/// Spheres that inlets pour until the end of the run, where the table has them not yet: a run that is continued to a
+/// later end has more of them.
+void FrameOutput::list_poured(ParticleTable& table, double end) const {
+  if (world_.inlets.empty()) return;
+  const std::set<std::int64_t> known(table.id.begin(), table.id.end());
+  for (const PouredSoil& one : world_.inlets)
+    for (const dem::Sphere& s : one.inlet.due_by(end + simulation_.step_length())) {
+      if (known.contains(s.id)) continue;
+      table.id.push_back(s.id);
+      table.radius.push_back(s.r);
+      table.density.push_back(dem::density(s));
+      table.material.push_back(s.material);
+      if (world_.bed->clumps().empty()) continue;
+      table.clump.push_back(-1);
+      table.volume.push_back(dem::sphere_volume(s.r));
+    }
+  std::vector<std::size_t> order(table.id.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return table.id[a] < table.id[b]; });
+  put_in_order(table.radius, order), put_in_order(table.density, order), put_in_order(table.material, order);
+  put_in_order(table.clump, order), put_in_order(table.volume, order), put_in_order(table.id, order);
 }
 
 /// Spheres of the first period stand for all others.
@@ -177,7 +215,8 @@ void FrameOutput::write_instant(const Instant& now, const Between& between, doub
   frame.step = step;
   const std::vector<std::int64_t> ids(spheres.id.begin(), spheres.id.end());
   frame.between = between;
-  if (world_.frame_parts == nullptr && (writer_->particles().repeats() || ids.size() != writer_->particles().id.size()))
+  if (world_.frame_parts == nullptr &&
+      (writer_->particles().repeats() || !world_.inlets.empty() || ids.size() != writer_->particles().id.size()))
     frame.id = ids;
   if (world_.moving) frame.window = {{now.rear, now.front}};
   frame.position = spheres.position;

@@ -49,6 +49,7 @@ class FrameOutput {
 
  private:
   void list_particles(ParticleTable& table, const Scenario& scenario);
+  void list_poured(ParticleTable& table, double end) const;
   void list_period(ParticleTable& table) const;
   void list_surfaces(std::vector<OutputSurface>& surfaces);
   std::vector<FrameValue> list_measures(const Scenario& scenario);

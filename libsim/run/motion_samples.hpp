@@ -18,7 +18,7 @@ class MotionSamples : public Samples, private mbd::StepSignals {
   double time() const override { return t_; }
   mbd::Instant machine() override { return instant_at(t_, o_.close); }
   const std::vector<double>& last_row() const override { return o_.values; }
-  void before_step(bool window_advanced, StepRequest& request) override;
+  void before_step(bool spheres_changed, StepRequest& request) override;
   bool after_step() override;
 
  private:

@@ -11,7 +11,7 @@ class PhysicsMonitor : public StepObserver {
  public:
   explicit PhysicsMonitor(RunOutput& output);
 
-  void before_step(bool window_advanced, StepRequest& request) override;
+  void before_step(bool spheres_changed, StepRequest& request) override;
   bool after_step() override;
   /// The step that was taken is valid.
   void count_step();

@@ -128,6 +128,7 @@ SavedRun take_state(const World& world, const coupling::Simulation& simulation, 
     saved.container_shift = world.container_shift;
   }
   if (world.moving) saved.moving = std::make_shared<dem::MovingBed>(world.moving->window);
+  for (const PouredSoil& one : world.inlets) saved.inlets.push_back(one.inlet.state());
   if (world.machine) saved.machine = world.machine->snapshot();
   saved.exchange = simulation.save();
   saved.version = version();
@@ -158,6 +159,11 @@ void write_run(const std::filesystem::path& path, const SavedRun& saved) {
     out.put_text("instruction set", saved.kernel);
   }
   if (saved.moving) put_moving_bed(out, *saved.moving);
+  if (!saved.inlets.empty()) {
+    Archive inlets;
+    inlets("inlets", const_cast<SavedRun&>(saved).inlets);
+    out.put("inlets", inlets);
+  }
   if (saved.machine) out.put("machine", archived(*saved.machine));
   out.put("coupling", archived(saved.exchange));
   out.put_text("version", saved.version);
@@ -253,8 +259,8 @@ SavedRun read_run(const std::filesystem::path& file) {
 namespace {
 
 SavedRun run_in(const StateReader& in) {
-  in.require_format(kStateFormat, {"bed/", "moving/", "soil/", "instruction set", "version", "machine/", "coupling/",
-                                   "scenario", "time", "run/"});
+  in.require_format(kStateFormat, {"bed/", "moving/", "inlets/", "soil/", "instruction set", "version", "machine/",
+                                   "coupling/", "scenario", "time", "run/"});
   SavedRun saved;
   saved.version = in.text("version");
   if (in.has("run/progress")) {
@@ -271,6 +277,12 @@ SavedRun run_in(const StateReader& in) {
     saved.kernel = in.text("instruction set");
   }
   if (in.has("moving/block")) saved.moving = std::make_shared<dem::MovingBed>(moving_bed_of(in));
+  if (in.has("inlets")) {
+    Archive inlets = in.archive("inlets");
+    if (!is_finite(inlets)) refuse_numbers();
+    inlets("inlets", saved.inlets);
+    inlets.end();
+  }
   if (in.has("machine")) read_part(in, "machine", saved.machine.emplace());
   read_part(in, "coupling", saved.exchange);
   check_numbers(saved);
@@ -314,6 +326,10 @@ void restore(const SavedRun& saved, World& world, coupling::Simulation& simulati
     world.soil.clumps = world.bed->clumps().size();
     world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift - world.container_shift);
     world.container_shift = saved.container_shift;
+    if (saved.inlets.size() != world.inlets.size())
+      throw ScenarioError(
+          "soil.inlets: the state was written with other inlets; take a state that this scenario wrote");
+    for (std::size_t k = 0; k < world.inlets.size(); ++k) world.inlets[k].inlet.restore(saved.inlets[k]);
   }
   if (world.machine) world.machine->restore(saved.machine.value());
   simulation.restore(saved.exchange);

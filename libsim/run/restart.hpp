@@ -28,6 +28,7 @@ struct RunProgress {
 struct SavedRun {
   dem::Bed::State bed;
   std::shared_ptr<const dem::MovingBed> moving;  ///< null: there is none
+  std::vector<dem::InletState> inlets;           ///< in the order of the scenario
   std::optional<mbd::Snapshot> machine;          ///< none: there is none
   coupling::ExchangeState exchange;
   SoilReport soil;

@@ -93,6 +93,7 @@ class RunLoop : private StepObserver {
   void finish(int& code);
 
   /// What only the end of a run knows.
+  void warn_of_missing(const PouredSoil& one);
   void last_warnings(int code);
 
   const Loaded& loaded_;

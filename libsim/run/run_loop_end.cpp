@@ -142,6 +142,7 @@ void RunLoop::finish(int& code) {
   if (code != exit_failed)
     write_disturbance(*summary_, tools_.progress(), request_.out, s_, tools_.walls().any_reached());
   write_window(*summary_, world_);
+  write_inlets(*summary_, world_);
   if (world_.bed) write_servos(*summary_, world_, simulation_);
   if (world_.bed) write_wear(*summary_, world_, output_.reached);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
@@ -166,6 +167,18 @@ void RunLoop::finish(int& code) {
   }
 }
 
+void RunLoop::warn_of_missing(const PouredSoil& one) {
+  constexpr double shown = 0.01;  // of what was asked for; half a sphere and an interval are always open
+  const dem::Inlet& inlet = one.inlet;
+  const double asked = inlet.asked(world_.bed->time()), come = inlet.come();
+  if (inlet.waited() == 0 || come >= (1 - shown) * asked) return;
+  const char* const unit = inlet.plan().counts ? "spheres" : "kg";
+  summary_->warn(
+      fmt::format("soil.inlets.{}: {:.4g} of {:.4g} {} came: {} times a sphere that was due found no room; make the "
+                  "region larger, the velocity higher, or the rate lower",
+                  one.name, come, asked, unit, inlet.waited()));
+}
+
 void RunLoop::last_warnings(int code) {
   if (world_.bed) warn_of_coarse_contacts();
   if (world_.machine) write_step_error();
@@ -186,6 +199,7 @@ void RunLoop::last_warnings(int code) {
         fmt::format("{} spheres went over the end of the window ahead of the tool and were removed; make the container "
                     "longer there",
                     world_.moving->window.pushed_out()));
+  for (const PouredSoil& one : world_.inlets) warn_of_missing(one);
   if (code != exit_ok) return;
   for (const Tool& tool : tools_.progress().tools())
     if (!tool.touched && !is_beam_node(s_.machine, tool.name))  // most of a tine is above the soil

@@ -32,9 +32,17 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     take_in("work of given motions [J]", given);  // servos are among them
     double came = 0;
     if (world.moving) came = world.moving->window.entered().gravity - world.moving->window.left().gravity;
+    double poured = 0, poured_kinetic = 0;
+    for (const PouredSoil& one : world.inlets) {
+      came += one.inlet.poured().gravity, poured_kinetic += one.inlet.poured().kinetic;
+      poured += one.inlet.poured().energy();
+    }
     take_in("gravity on the soil [J]", start.bed_gravity - b.gravity + came);
+    if (!world.inlets.empty()) take_in("kinetic energy of poured spheres [J]", poured_kinetic);
     // Of a moving bed it is what blocks bring and take, which `window` lists.
-    if (!world.moving && b.removed != 0) take_in("round a period or with spheres removed [J]", -b.removed);
+    const double left = -(b.removed + poured);  // of which sums of many spheres leave rounding
+    if (!world.moving && std::abs(left) > 1e-12 * std::abs(poured))
+      take_in("round a period or with spheres removed [J]", left);
     e["damped [J]"] = b.lost.damping;
     e["slid [J]"] = b.lost.sliding;
     e["rolled [J]"] = b.lost.rolling;
@@ -158,6 +166,17 @@ Json carried_json(const dem::CarriedSoil& c) {
 }
 
 }  // namespace
+
+void write_inlets(Summary& summary, const World& world) {
+  for (const PouredSoil& one : world.inlets) {
+    const dem::Inlet& inlet = one.inlet;
+    Json json = carried_json(inlet.poured());
+    json.erase("stored in contacts [J]");
+    json[inlet.plan().counts ? "spheres asked for" : "mass asked for [kg]"] = inlet.asked(world.bed->time());
+    json["intervals without room"] = inlet.waited();
+    summary.section("inlets")[one.name] = std::move(json);
+  }
+}
 
 void write_window(Summary& summary, const World& world) {
   if (!world.moving) return;

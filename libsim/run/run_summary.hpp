@@ -26,6 +26,8 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
                        const World& world);
 void write_energy(Summary& summary, const EnergyStart& start, const World& world,
                   const coupling::Simulation& simulation, const mbd::MachineEnergy& of_machine);
+/// What inlets have poured.
+void write_inlets(Summary& summary, const World& world);
 /// What came into a moving bed and what was left.
 void write_window(Summary& summary, const World& world);
 /// Maximum error of restitution at the speeds met or expected.

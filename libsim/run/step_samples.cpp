@@ -5,11 +5,11 @@ namespace subsoil::sim {
 StepSamples::StepSamples(RunOutput& output)
     : o_(output), summarised_(o_.columns.summarised().size()), follows_sums_(o_.columns.history_needs_sums()) {}
 
-void StepSamples::before_step(bool window_advanced, StepRequest& request) {
+void StepSamples::before_step(bool spheres_changed, StepRequest& request) {
   if (request.stop) return;
   const double t = o_.now.t, next = t + o_.simulation.step_length() - o_.close;
   const bool last = o_.now.last;
-  window_advanced_ = window_advanced;
+  spheres_changed_ = spheres_changed;
   // What is due before the next instant is interpolated between this one and that.
   const bool frame = last || o_.frame_due.next() < next,
              sample = last || o_.crossings->needs_sums() || follows_sums_ || o_.sample_due.next() < next;
@@ -32,7 +32,7 @@ bool StepSamples::after_step() {
 void StepSamples::write_due() {
   const double t = o_.now.t;
   const bool signalled = o_.now.last && t < o_.s.time.end - o_.close;
-  o_.rows->begin_instant(t, o_.values, window_advanced_);
+  o_.rows->begin_instant(t, o_.values, spheres_changed_);
   double row = -Schedule::never, frame = row;
   for (; o_.sample_due.next() <= t + o_.close; o_.sample_due.due(row, o_.close))
     o_.rows->add(row = o_.sample_due.next());

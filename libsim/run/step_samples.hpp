@@ -14,7 +14,7 @@ class StepSamples : public Samples {
   double time() const override { return o_.simulation.time(); }
   mbd::Instant machine() override { return o_.world.machine->now(); }
   const std::vector<double>& last_row() const override { return o_.rows->last(); }
-  void before_step(bool window_advanced, StepRequest& request) override;
+  void before_step(bool spheres_changed, StepRequest& request) override;
   bool after_step() override;
   void count_step() override;
 
@@ -25,7 +25,7 @@ class StepSamples : public Samples {
   RunOutput& o_;
   std::vector<double> summarised_;  ///< of the summary's columns
   const bool follows_sums_;         ///< what is followed over time is of sums over all spheres
-  bool window_advanced_ = false;
+  bool spheres_changed_ = false;
   bool stood_ = true;  ///< the machine, and not at the start of a window
 };
 

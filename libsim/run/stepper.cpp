@@ -43,8 +43,9 @@ bool Stepper::advance(std::span<StepObserver* const> observers) {
   refresh_machine();
   for (StepObserver* o : observers) o->at_instant();
   const bool window_advanced = world_.moving && world_.moving->follow(*world_.bed, simulation_);
+  const bool poured = pour();
   StepRequest request;
-  for (StepObserver* o : observers) o->before_step(window_advanced, request);
+  for (StepObserver* o : observers) o->before_step(window_advanced || poured, request);
   if (request.stop) return false;
   const bool follows = !is_exact() && columns_->has_history();
   if (!is_exact() && (request.instant || follows)) columns_->take_instant(values_);
@@ -62,6 +63,13 @@ bool Stepper::advance(std::span<StepObserver* const> observers) {
     if (!o->after_step()) return false;
   ++steps_;
   return true;
+}
+
+bool Stepper::pour() {
+  const double last_step = has_stepped() ? simulation_.step_length() : 0;
+  std::size_t came = 0;
+  for (PouredSoil& one : world_.inlets) came += one.inlet.pour(*world_.bed, last_step);
+  return came > 0;
 }
 
 double Stepper::close() const {

@@ -30,8 +30,8 @@ class StepObserver {
   virtual ~StepObserver() = default;
   /// Bed and machine stand at t_n. Forces may be set here. A state that is saved here continues with the same bits.
   virtual void at_instant() {}
-  /// The window of a moving bed has advanced where it had to: `window_advanced`.
-  virtual void before_step(bool window_advanced, StepRequest& request) = 0;
+  /// Whether spheres have come or gone since the last step: the window of a moving bed advanced, or inlets poured.
+  virtual void before_step(bool spheres_changed, StepRequest& request) = 0;
   /// Takes the step; false where it fails and the observer has noted why. The default lets faults pass.
   virtual bool take(const std::function<void()>& step) { return step(), true; }
   /// Forces are those of t_n, poses those of t_{n+1}; columns are taken unless the stepper is exact. False ends the
@@ -86,6 +86,7 @@ class Stepper {
 
  private:
   using PoseOfTime = std::function<dem::Pose(double)>;
+  bool pour();
   void take_step(const StepRequest& request);
   void refresh_machine();
   void replace_simulation();

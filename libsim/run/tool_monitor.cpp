@@ -36,10 +36,10 @@ void ToolMonitor::set_window() {
   if (std::isnan(period)) o_.warn("the given motions have no period in common: means are over the whole window");
 }
 
-void ToolMonitor::before_step(bool window_advanced, StepRequest& request) {
+void ToolMonitor::before_step(bool spheres_changed, StepRequest& request) {
   if (!o_.world.bed) return;
   const double t = o_.now.t;
-  if (window_advanced) warn_of_left_surfaces(t);
+  if (spheres_changed && o_.world.moving) warn_of_left_surfaces(t);
   if (!due_.due(t, o_.close) && !o_.now.last) return;
   follow(t);
   if (surfaces_have_met(t)) request.stop = true;

@@ -19,7 +19,7 @@ class ToolMonitor : public StepObserver {
 
   /// The window of the means: as given, of the tools' steady work, or the whole run.
   void set_window();
-  void before_step(bool window_advanced, StepRequest& request) override;
+  void before_step(bool spheres_changed, StepRequest& request) override;
   bool after_step() override;
 
   const ToolProgress& progress() const { return progress_; }

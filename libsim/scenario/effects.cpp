@@ -12,9 +12,10 @@
 namespace subsoil::sim {
 namespace {
 
-bool has_spheres(const Scenario& s) { return s.soil && s.soil->bed; }
+bool has_own_bed(const Scenario& s) { return s.soil && s.soil->bed; }
+bool has_spheres(const Scenario& s) { return s.soil && (s.soil->bed || !s.soil->inlets.empty()); }
 const BedSection& bed(const Scenario& s) { return *s.soil->bed; }
-bool is_made(const Scenario& s) { return has_spheres(s) && bed(s).fill <= Fill::random; }
+bool is_made(const Scenario& s) { return has_own_bed(s) && bed(s).fill <= Fill::random; }
 
 /// A radius that is drawn from a distribution; left out in a layer, it is the bed's.
 bool is_drawn(const RadiusDistribution& radius) { return !std::holds_alternative<EqualRadius>(radius); }
@@ -27,9 +28,9 @@ bool draws_numbers(const Scenario& s) {
 }
 
 Settle settle_of(const Scenario& s) { return bed(s).settle.value_or(Settle{}); }
-bool settles_in_stages(const Scenario& s) { return has_spheres(s) && settle_of(s).staged(bed(s).fill); }
+bool settles_in_stages(const Scenario& s) { return has_own_bed(s) && settle_of(s).staged(bed(s).fill); }
 bool waits_for_rest(const Scenario& s) {
-  return settles_in_stages(s) || (has_spheres(s) && (!settle_of(s).duration || bed(s).fill == Fill::random));
+  return settles_in_stages(s) || (has_own_bed(s) && (!settle_of(s).duration || bed(s).fill == Fill::random));
 }
 
 /// Something that a sphere could be inside of.

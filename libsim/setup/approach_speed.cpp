@@ -54,6 +54,13 @@ double fastest(const MachineSection& machine, const World& world, double end) {
   return most;
 }
 
+/// Of its spheres where they have fallen to the container's floor.
+double speed_below(const InletSection& inlet, const Soil& soil, const Vec3& gravity) {
+  const double top = inlet.box ? inlet.box->at.y + inlet.box->size.y : inlet.disk->at.y;
+  const double fall = soil.container ? std::max(0.0, top - soil.container->at.y) : 0;
+  return std::sqrt(dem::dot(inlet.velocity, inlet.velocity) + 2 * dem::norm(gravity) * fall);
+}
+
 }  // namespace
 
 double expected_speed(const Scenario& s, const World& world) {
@@ -66,6 +73,8 @@ double expected_speed(const Scenario& s, const World& world) {
       if (b.name == r.name) surface = std::max(surface, fastest(b, world.bed->boundary(r.boundary), end));
   }
   if (s.machine && world.machine) surface = std::max(surface, fastest(*s.machine, world, end));
+  if (s.soil)
+    for (const InletSection& inlet : s.soil->inlets) sphere = std::max(sphere, speed_below(inlet, *s.soil, s.gravity));
   if (s.soil && s.soil->container) fall = std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y);
   return std::max({0.1, 2 * sphere, sphere + surface, fall});
 }

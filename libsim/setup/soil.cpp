@@ -616,6 +616,14 @@ dem::StepQuestion SoilBuilder::question() const {
     if (layered())
       for (const dem::BedLayer& l : layers()) expect(l.radius, l.of.density);
   }
+  for (const InletSection& inlet :
+       loaded_.scenario.soil ? loaded_.scenario.soil->inlets : std::vector<InletSection>{}) {
+    q.neighbours = 12;
+    const dem::RadiusDistribution sizes = sizes_of(inlet, loaded_.scenario);
+    q.smallest_radius = std::min(q.smallest_radius, dem::least_radius(sizes));
+    q.largest_radius = std::max(q.largest_radius, dem::largest_radius(sizes));
+    q.density = std::min(q.density, material_of(sim::material_of(inlet, loaded_.scenario.soil->bed)).density);
+  }
   // A clump's end yields like a lighter sphere: what impacts on clumps must be resolved by.
   for (const dem::ClumpShape& shape : world_.bed->clump_shapes()) {
     for (const dem::ClumpMember& m : shape.members) {

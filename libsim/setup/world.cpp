@@ -161,6 +161,11 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
     expect(s.soil->bed->material);
     for (const Layer& l : s.soil->bed->layers) expect(l.material);
   }
+  if (s.soil)
+    for (const InletSection& inlet : s.soil->inlets) {
+      const auto m = static_cast<std::size_t>(material_index(s, material_of(inlet, s.soil->bed)));
+      soil[m] = several[m] = true;
+    }
   for (const SurfaceRecord& r : world.surfaces)
     surface[static_cast<std::size_t>(world.bed->boundary(r.boundary).material)] = true;
   for (std::size_t a = 0; a < soil.size(); ++a)
@@ -419,6 +424,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     add_body_surfaces(world, loaded);
   }
   use_soil_step(world, s, world.step.soil_step);
+  add_inlets(world, loaded);
   return world;
 }
 

@@ -12,6 +12,7 @@
 #include "libdem/step/accuracy.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/setup/bed_profile.hpp"
+#include "libsim/setup/inlets.hpp"
 
 namespace subsoil::dem {
 class MovingBed;
@@ -109,7 +110,8 @@ struct World {
   std::vector<coupling::BodySurface> body_surfaces;
   std::vector<coupling::GivenMotion> motions;
   std::shared_ptr<MovingSoil> moving;  ///< null: the container stands
-  FrameParts* frame_parts = nullptr;   ///< of the bed's engine; null: this process writes all spheres of frames
+  std::vector<PouredSoil> inlets;
+  FrameParts* frame_parts = nullptr;  ///< of the bed's engine; null: this process writes all spheres of frames
   SoilReport soil;
   StepReport step;
   double container_shift = 0;  ///< m upward, to bring the surface to its datum

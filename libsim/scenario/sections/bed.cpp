@@ -5,53 +5,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libsim/document/quantity.hpp"
-#include "libsim/keys/json_forms.hpp"
-#include "libsim/keys/nodes.hpp"
+#include "libsim/keys/either_quantity.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/scenario.hpp"
 
 namespace subsoil::sim {
 
-namespace {
-
-/// A density or a pressure, by its unit.
-class CompactTo final : public Value {
- public:
-  explicit CompactTo(Settle& settle) : settle_(settle) {}
-  void read(const Node& node, const ReadScope& scope) override {
-    const auto is = [&](const char* unit) -> std::optional<double> {
-      try {
-        return numbers_of(node, unit, 1, scope.n).front();
-      } catch (const std::invalid_argument&) {
-        return {};
-      }
-    };
-    settle_.density = is("kg/m^3"), settle_.pressure = settle_.density ? std::nullopt : is("Pa");
-    const double value = settle_.density ? *settle_.density : settle_.pressure.value_or(0);
-    if (!settle_.compacts()) throw Refusal("needs a density (1450 kg/m^3) or a pressure (20 kPa)");
-    if (!(value > 0)) throw Refusal("must be above zero");
-  }
-  Node print(const PrintScope&) const override {
-    if (settle_.density) return Node::of(format_quantity(*settle_.density, "kg/m^3"));
-    return settle_.pressure ? Node::of(format_quantity(*settle_.pressure, "Pa")) : Node{};
-  }
-  std::string what() const override { return "kg/m^3 or Pa"; }
-  std::string range() const override { return "(0, inf)"; }
-  Json schema() const override { return either({number_form("kg/m^3"), number_form("Pa")}); }
-
- private:
-  Settle& settle_;
-};
-
-}  // namespace
-
 void describe(Fields& v, Settle& s) {
   v.quantity("for", s.duration, "s", "(0, inf)", "settle for this long");
   v.quantity("until", s.until_speed, "m/s", "(0, inf)", "settle until the spheres' rms speed is below this");
   v.quantity("at most", s.at_most, "s", "(0, inf)", "a bed that is not at rest by then stops the run");
-  CompactTo to(s);
+  EitherQuantity to("kg/m^3", s.density, "Pa", s.pressure, "a density (1450 kg/m^3) or a pressure (20 kPa)");
   v.visit_value({"to",
                  "a density: the bed is poured with all its friction and compacted with less until it has this bulk "
                  "density; a pressure: a plate of the container's size presses on the bed, layer by layer, until it is "

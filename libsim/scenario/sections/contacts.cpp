@@ -157,6 +157,8 @@ struct ContactChecks : Checks {
 
   /// Spheres of a material, 2 for more: one that is alone meets none of its own.
   int count_of(const std::string& material) const {
+    for (const InletSection& inlet : s.soil->inlets)
+      if (material_of(inlet, s.soil->bed) == material) return 2;
     const BedSection& bed = *s.soil->bed;
     if (bed.fill == Fill::random && bed.count == 1) return 1;
     if (bed.fill != Fill::particles || !bed.layers.empty()) return 2;
@@ -167,13 +169,16 @@ struct ContactChecks : Checks {
   /// Pairs of materials that can touch, and how; only of names that exist.
   std::map<std::pair<std::string, std::string>, std::string> meetings() {
     std::map<std::pair<std::string, std::string>, std::string> pairs;
-    if (!s.soil || !s.soil->bed) return pairs;
+    if (!s.soil) return pairs;
     const Names known = names_of(s.materials);
-    std::set<std::string> spheres{s.soil->bed->material};
-    for (const Particle& p : s.soil->bed->particles) {
-      if (!p.material.empty()) spheres.insert(p.material);
+    std::set<std::string> spheres;
+    for (const InletSection& inlet : s.soil->inlets) spheres.insert(material_of(inlet, s.soil->bed));
+    if (const auto& bed = s.soil->bed) {
+      spheres.insert(bed->material);
+      for (const Particle& p : bed->particles)
+        if (!p.material.empty()) spheres.insert(p.material);
+      for (const Layer& l : bed->layers) spheres.insert(l.material);
     }
-    for (const Layer& l : s.soil->bed->layers) spheres.insert(l.material);
     const auto meet = [&](const std::string& other, const std::string& how) {
       for (const std::string& sphere : spheres) {
         if (holds(known, sphere) && holds(known, other)) pairs.emplace(ordered(sphere, other), how);

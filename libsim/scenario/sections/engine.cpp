@@ -17,6 +17,7 @@ void refuse_by_engine(Checks& checks, const std::string& path, const char* what)
 
 void check_engine_soil(Checks& checks, const Soil& soil) {
   if (soil.active) refuse_by_engine(checks, "soil.active", "frozen spheres");
+  if (!soil.inlets.empty()) refuse_by_engine(checks, "soil.inlets", "spheres that come during the run");
   if (soil.moving) refuse_by_engine(checks, "soil.moving", "a moving bed");
   if (!soil.clumps.empty()) refuse_by_engine(checks, "soil.clumps", "clumps");
   if (soil.container)

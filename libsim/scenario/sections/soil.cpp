@@ -110,6 +110,7 @@ void describe(Fields& v, Soil& s) {
       "rigid grains made of spheres (multi-spheres), by name; `soil.bed.clumps` and `soil.bed.placed` say where they "
       "are");
   v.section("bed", s.bed, "the spheres");
+  v.named("inlets", s.inlets, "spheres that are poured in during the run, by name");
   v.section("active", s.active,
             "spheres that rest far from every moving surface are frozen and skipped until something beside them moves; "
             "left out: all move");
@@ -235,6 +236,7 @@ struct SoilChecks : Checks {
     if (s.soil->container) container(*s.soil->container), periodic(*s.soil->container);
     if (s.soil->container && s.soil->bed) floor(*s.soil->container, *s.soil->bed);
     if (s.soil->bed) check_bed(*this, s);
+    check_inlets(*this, s);
     check_clumps(*this, s);
     if (s.soil->surface && !(s.soil->bed && s.soil->container)) {
       refuse("soil.surface", "needs a container and a bed, which are shifted so that the bed's surface is there");

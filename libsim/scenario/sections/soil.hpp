@@ -6,6 +6,7 @@
 
 #include "libdem/particles/periodic.hpp"
 #include "libsim/scenario/sections/bed.hpp"
+#include "libsim/scenario/sections/inlets.hpp"
 #include "libsim/scenario/sections/placement.hpp"
 
 /// Container and bed.
@@ -60,6 +61,7 @@ struct Soil {
   std::optional<double> surface;     // y of the mean surface after settling: bed and container are shifted
   std::vector<ClumpSection> clumps;  // shapes of grains
   std::optional<BedSection> bed;
+  std::vector<InletSection> inlets;    // that pour spheres during the run
   std::optional<Active> active;        // all spheres move unless given
   std::optional<MovingWindow> moving;  // the container stands unless given
   double removal_below = 0.5;          // m below the floor

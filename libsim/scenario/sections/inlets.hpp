@@ -1,0 +1,42 @@
+#pragma once
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "libsim/scenario/sections/placement.hpp"
+#include "libsim/scenario/sections/radius.hpp"
+
+/// Spheres that are poured in during the run.
+namespace subsoil::sim {
+
+struct InletDisk {
+  Vec3 at{required, required, required};  // centre
+  Vec3 normal{0, 1, 0};
+  double radius = required;
+};
+void describe(Fields& v, InletDisk& d);
+
+struct InletSection {
+  std::string name;
+  std::optional<Box> box;
+  std::optional<InletDisk> disk;      // in place of the box
+  std::optional<double> mass_rate;    // `rate`, kg/s, or
+  std::optional<double> number_rate;  // `rate`, 1/s
+  std::string material;               // of the bed unless given
+  RadiusDistribution radius;          // of the bed unless given
+  ShareOf shares = ShareOf::number;
+  double from = 0, until = std::numeric_limits<double>::infinity();  // s
+  Vec3 velocity{};                                                   // m/s
+  long seed = 1;
+};
+void describe(Fields& v, InletSection& i);
+
+struct Checks;
+struct Scenario;
+struct BedSection;
+void check_inlets(Checks& checks, const Scenario& s);
+/// What its spheres are of: its own, or the bed's; empty: neither is given.
+std::string material_of(const InletSection& inlet, const std::optional<BedSection>& bed);
+bool has_own_radius(const InletSection& inlet);
+
+}  // namespace subsoil::sim

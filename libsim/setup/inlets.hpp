@@ -1,0 +1,24 @@
+#pragma once
+#include <vector>
+
+#include "libdem/packing/inlet.hpp"
+#include "libsim/scenario/load.hpp"
+
+namespace subsoil::sim {
+
+struct World;
+
+/// What stands in World::inlets.
+struct PouredSoil {
+  std::string name;
+  dem::Inlet inlet;
+};
+
+/// What its spheres are like, before there is a bed.
+dem::RadiusDistribution sizes_of(const InletSection& inlet, const Scenario& s);
+
+/// Inlets of the scenario, for a bed that stands as it is when the run begins. Their spheres are numbered behind those
+/// of the bed, of several inlets one after the other, so that each has a number before it comes.
+void add_inlets(World& world, const Loaded& loaded);
+
+}  // namespace subsoil::sim

@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <cmath>
+
+#include "libsim/post/frames_file.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+#include "tests/tools/soil_runs.hpp"
+
+/// Spheres that are poured in during a run. Oracles: the rate, what is neither in the bed nor removed, the balance of
+/// energy, a run that was not continued from a state.
+namespace subsoil::sim::inlets {
+namespace {
+
+using namespace test;
+
+constexpr double kRate = 0.5, kEnd = 1.2;                               // kg/s, s
+constexpr double kMass = 2500 * 4.0 / 3.0 * M_PI * 5e-3 * 5e-3 * 5e-3;  // of a sphere, kg
+
+/// Two plates at 45 degrees over a slot; what falls through is removed.
+constexpr const char* kHopper = R"(subsoil: 1
+title: a hopper that is fed
+gravity: 9.81 m/s^2
+materials:
+  grain: {density: 2500 kg/m^3}
+  steel: {density: 7850 kg/m^3}
+contacts:
+  - &dry {between: [grain, grain], law: linear, k_n: 5 kN/m, restitution: 0.5, mu: 0.4, mu_r: 0.05}
+  - {<<: *dry, between: [grain, steel], mu: 0.3}
+soil:
+  container: {size: 200 250 60 mm, at: -100 0 -30 mm, material: steel, open: [-y, +y], periodic: [z]}
+  remove below: 50 mm
+  inlets:
+    feed: {box: {at: -40 190 -30 mm, size: 80 50 60 mm}, rate: 0.5 kg/s, material: grain, radius: 5 mm, velocity: 0 -1 0 m/s}
+boundaries:
+  - {name: left, material: steel, shape: {box: 140 10 180 mm}, at: -70 70 0 mm, rotation: {angle: -45 deg}}
+  - {name: right, material: steel, shape: {box: 140 10 180 mm}, at: 70 70 0 mm, rotation: {angle: 45 deg}}
+time: {end: 1.2 s}
+output: {every: 50 ms, series every: 10 ms}
+)";
+
+TEST(Inlets, AHopperThatIsFedComesToTheRateOfItsInlet) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(kHopper), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), feed = summary["inlets"]["feed"];
+  const double step = summary["run"]["soil step [s]"].get<double>(), interval = 50 * step;
+  // The last instant lies less than a step behind the end, and the step that begins there is taken.
+  EXPECT_NEAR(feed["mass asked for [kg]"], kRate * kEnd, 2 * kRate * step);
+  // Half a sphere, and what has become due since the last interval began.
+  EXPECT_NEAR(feed["mass [kg]"], kRate * kEnd, 0.5 * kMass + kRate * interval);
+  EXPECT_NEAR(feed["mass [kg]"], feed["spheres"].get<double>() * kMass, 1e-12);
+  EXPECT_EQ(feed["intervals without room"], 0);
+
+  // Mass: what came is there or was removed, each sphere once, in every frame.
+  const FramesFile frames(dir / "out" / "run.h5");
+  const Series series = read_series(dir / "out" / "series.csv");
+  std::vector<double> there;
+  for (std::size_t f = 0; f < frames.times().size(); ++f)
+    there.push_back(static_cast<double>(frames.spheres(f, false).index.size()));
+  const double removed = summary["soil"]["fallen out and removed"];
+  EXPECT_GT(removed, 100);
+  EXPECT_NEAR(there.back() + removed, feed["spheres"].get<double>(), 1e-9);
+
+  // Steady: over its last 0.4 s as many leave as come. 0.4 s bring 153 spheres; what is in the hopper, some 100 of
+  // them, fluctuates by less than ten.
+  const std::size_t last = there.size() - 1, before = last - 8;
+  ASSERT_NEAR(frames.times()[last] - frames.times()[before], 0.4, 1e-9);
+  EXPECT_NEAR(there[last] - there[before], 0, 0.15 * kRate * 0.4 / kMass);
+
+  // Energy, at every row.
+  const double moved = feed["kinetic [J]"].get<double>() + std::abs(feed["gravity [J]"].get<double>());
+  for (std::size_t row = 0; row < series.rows(); ++row)
+    EXPECT_NEAR(conserved_energy(series, row), conserved_energy(series, 0), 5e-3 * moved) << row;
+  EXPECT_LT(std::abs(summary["energy"]["bed closure [J]"].get<double>()), 5e-3 * moved);
+}
+
+/// A run that continues from a state in its middle pours the same spheres at the same places.
+TEST(Inlets, ARestartPoursTheSameSpheres) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(kHopper);
+  ASSERT_EQ(run_scenario(file, dir / "whole", {"time.end=0.2 s", "output.state every=90 ms"}), exit_ok);
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "whole"))
+    if (entry.path().filename().string().rfind("state-0.0", 0) == 0) state = entry.path();
+  ASSERT_FALSE(state.empty());
+  ASSERT_EQ(run_scenario(file, dir / "again", {"time.end=0.2 s"}, state), exit_ok);
+  const nlohmann::json whole = summary_of(dir / "whole"), again = summary_of(dir / "again");
+  EXPECT_EQ(whole["inlets"], again["inlets"]);
+  const FramesFile a(dir / "whole" / "run.h5"), b(dir / "again" / "run.h5");
+  const FrameSpheres one = a.spheres(a.times().size() - 1, false), other = b.spheres(b.times().size() - 1, false);
+  EXPECT_GT(one.index.size(), 60U);
+  EXPECT_EQ(one.index, other.index);
+  const auto x = frame_positions(dir / "whole", a.times().size() - 1),
+             y = frame_positions(dir / "again", b.times().size() - 1);
+  ASSERT_EQ(x.size(), y.size());
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_LT(dem::norm(x[i] - y[i]), 2e-6) << i;  // a quantum of the frames
+}
+
+TEST(Inlets, WarnsOfARateThatHasNoRoomAndRefusesWhatCannotBe) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(kHopper);
+  ASSERT_EQ(run_scenario(file, dir / "full", {"soil.inlets.feed.rate=100 kg/s", "time.end=0.05 s"}), exit_ok);
+  EXPECT_NE(summary_of(dir / "full")["warnings"].dump().find("a sphere that was due found no room"), std::string::npos);
+  const auto refusal = [&](const std::string& set) {
+    return subsoil::test::message_of([&] { run_scenario(file, dir / "out", {set}); });
+  };
+  const auto holds = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_PRED2(holds, refusal("soil.inlets.feed.rate=5 m/s"),
+               "needs a mass (2 kg/s) or a number of spheres (500 1/s) per time");
+  EXPECT_PRED2(holds, refusal("soil.inlets.feed.rate=0 kg/s"), "must be above zero");
+  EXPECT_PRED2(holds, refusal("soil.inlets.feed.disk={at: 0 0 0 m, radius: 50 mm}"), "has `box` and `disk`");
+  EXPECT_PRED2(holds, refusal("soil.inlets.feed.radius=26 mm"), "less than the diameter 52 mm of its largest sphere");
+  EXPECT_PRED2(holds, refusal("soil.inlets.feed.material=mud"), "mud");
+  EXPECT_PRED2(holds, refusal("soil.inlets.feed.from=2 s"), "is not before the end of the run");
+  EXPECT_PRED2(holds, refusal("soil.active={within: 0.1 m}"), "stands beside `soil.active`");
+  EXPECT_PRED2(holds, refusal("engine=liggghts"), "cannot do spheres that come during the run");
+}
+
+}  // namespace
+}  // namespace subsoil::sim::inlets
