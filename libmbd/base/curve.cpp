@@ -12,6 +12,8 @@ namespace subsoil::mbd {
 namespace {
 constexpr double full_turn = 2 * std::numbers::pi;
 constexpr int samples_per_interval = 8;
+// Of the curve: Newton steps that short are rounding, up to some 1e7 lengths of the curve from the origin.
+constexpr double of_rounding = 1e-8;
 }  // namespace
 
 Curve Curve::polar(const std::vector<double>& angles, const std::vector<double>& radii, bool closed) {
@@ -82,16 +84,20 @@ double Curve::root_near(std::size_t sample, Slope slope) const {
   const double span = x_.back() - x_.front(), beyond = polar_ ? span : 1e9 * span;
   double low = sample > 0 ? samples_[sample - 1].u : closed_ ? samples_[last].u - span : x_.front() - beyond;
   double high = sample < last ? samples_[sample + 1].u : closed_ ? samples_[0].u + span : x_.back() + beyond;
-  double u = samples_[sample].u;
+  double u = samples_[sample].u, step_before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < 150; ++iteration) {
     const auto [value, rate] = slope(u);
     (value > 0 ? high : low) = u;
     double next = u - value / rate;
-    if (!(rate > 0) || !(next >= low && next <= high)) next = 0.5 * (low + high);
-    const double step = std::abs(next - u);
+    const bool newton = rate > 0 && next >= low && next <= high;
+    if (!newton) next = 0.5 * (low + high);
+    const double step = std::abs(next - u), size = std::max(span, std::abs(u));
     u = next;
-    // What is left after a Newton step is its square; a bisection step ends at rounding.
-    if (step <= 1e-13 * std::max(span, std::abs(u))) {
+    // What is left after a Newton step is its square; a bisection step ends at rounding. Far from the origin rounding
+    // of the points is above that: there Newton steps, each the square of the one before, no longer become shorter.
+    const bool at_rounding = newton && step <= of_rounding * size && step > 0.5 * step_before;
+    step_before = newton ? step : std::numeric_limits<double>::infinity();
+    if (step <= 1e-13 * size || at_rounding) {
       if (!closed_ && (u <= x_.front() - 0.999 * beyond || u >= x_.back() + 0.999 * beyond)) break;
       return u;
     }

@@ -124,6 +124,28 @@ TEST(Curve, NearestPointOfACircle) {
   EXPECT_FALSE(circle.crosses_itself(where));
 }
 
+// An open curve 1 km from the origin, and points far beside it: the distance is that of the same curve at the origin,
+// to the rounding of the coordinates, some 2e-13 m at 1 km. Newton's steps do not become shorter than that.
+TEST(Curve, NearestPointFarFromTheOrigin) {
+  const std::vector<std::array<double, 2>> points{
+      {-0.2, 0}, {-0.1, 0.04546}, {0, -0.03784}, {0.1, -0.01397}, {0.2, 0.04947}};
+  const Curve here = Curve::through(points, false);
+  for (const double way : {1.0, 1024.0, 1e5}) {
+    std::vector<std::array<double, 2>> moved = points;
+    for (auto& p : moved) p[0] += way, p[1] -= 0.25 * way;
+    const Curve there = Curve::through(moved, false);
+    for (const double x : {-0.5, -0.2, -0.13, 0.016, 0.1, 0.2, 0.31})
+      for (const double y : {-0.2, 0.01, 0.3}) {
+        const Vec2 w{x, y}, far{x + way, y - 0.25 * way};
+        EXPECT_NEAR(there.nearest(far).distance, here.nearest(w).distance, 1e-14 + 1e-15 * way)
+            << way << " " << x << " " << y;
+      }
+  }
+  // Beside a straight end the distance is the way to it, however long.
+  const Curve line = Curve::through({{0, 0}, {0.1, 0}, {0.2, 0}}, false);
+  for (const double y : {1.0, 1e3, 1e6}) EXPECT_NEAR(line.nearest({0.15, y}).distance, y, 1e-15 * y);
+}
+
 // The support function of an ellipse of half axes 2 and 1 is sqrt(4 cos^2 + sin^2). Polar points every degree: errors
 // of h^4/384 of derivatives up to some 30 are 1e-8 in the value.
 TEST(Curve, SupportFunctionOfAnEllipse) {
