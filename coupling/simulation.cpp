@@ -283,7 +283,7 @@ void Simulation::step(const dem::Bed::Request& request) {
 
 void Simulation::step_to(double time) {
   const double rest = time - machine_->time(), h = options_.machine_step;
-  machine_->advance(rest < h * (1 + 1e-9) ? rest : h);
+  rest < h*(1 + 1e-9) ? machine_->advance_to(time) : machine_->advance(h);
   take_accelerations();
   time_ = machine_->time();
 }

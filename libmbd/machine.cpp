@@ -91,6 +91,11 @@ void Machine::advance(double h) {
   watch_energy(false);
 }
 
+void Machine::advance_to(double time) {
+  integrator_->advance_to(time);
+  watch_energy(false);
+}
+
 void Machine::watch_energy(bool first) {
   EnergyRange range = integrator_->take_energy_range();
   if (first) range = {}, most_energy_ = 0, lowest_potential_ = highest_potential_ = system().potential();

@@ -84,6 +84,8 @@ class Machine {
   const std::array<double, 3>& external_wrench(int body) const { return system_.external_wrench(body); }
   /// One machine step with constant wrenches.
   void advance(double h);
+  /// The same to an instant: see Integrator::advance_to().
+  void advance_to(double time);
   double time() const { return integrator_->state().t; }
 
   /// Keeps from now on what a step leaves between its ends.

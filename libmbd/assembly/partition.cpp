@@ -331,7 +331,8 @@ void Partition::refuse_other_branch(const MotionState& m) const {
     throw std::runtime_error("singular pose at t = " + std::to_string(m.t) +
                              " s: beyond it the constraints are met on another branch, not on the continuation of the "
                              "motion, at " +
-                             singular_owner() + "; a shorter step may pass it");
+                             singular_owner() +
+                             "; a step that does not end there may pass it, as the automatic one does");
 }
 
 std::string Partition::singular_owner() const {

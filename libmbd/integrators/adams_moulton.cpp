@@ -124,7 +124,10 @@ void AdamsMoulton::on_advance(double h) {
   begin_errors();
   const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
   const bool controlled = std::isfinite(options_.error_per_second);
-  for (double part = 0; part < parts; ++part) controlled ? controlled_step(h / parts) : whole_step(h / parts);
+  for (double part = 0; part < parts; ++part) {
+    if (part > 0) part_segment();
+    controlled ? controlled_step(h / parts) : whole_step(h / parts);
+  }
 }
 
 // In units of the smallest part, so that fewer parts begin where a larger one does.
@@ -138,6 +141,7 @@ void AdamsMoulton::controlled_step(double h) {
       continue;
     }
     done += part;
+    if (done < all) part_segment();
     if (level_ > 0 && sure_ > 2 * options_.order && done % (2 * part) == 0) --level_, sure_ = 0;
   }
   now_.t = end;

@@ -107,7 +107,7 @@ void Adaptive::meet_jump() {
 }
 
 void Adaptive::move(double h) {
-  const double end = clock_.end_of_step(output_, h);
+  const double end = clock_.end_of_step(output_, h, asked_end_);
   if (system_.has_instants()) system_.forget_outputs_before();
   if (wrench_changes_ != system_.wrench_changes()) meet_jump();
   std::erase_if(dense_.segments, [&](const StepSegment& p) { return p.end.t <= output_; });

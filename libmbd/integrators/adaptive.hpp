@@ -105,9 +105,10 @@ class Adaptive : public Integrator {
   Inputs inputs_;
   Profiles profiles_;
   std::vector<int> rows_;
-  double front_ = 0;   // what has been reached: dense output ends here
-  double output_ = 0;  // what has been asked for: the time of state()
-  double last_step_ = 0, longest_step_ = 0;
+  double front_ = 0;         // what has been reached: dense output ends here
+  double output_ = 0;        // what has been asked for: the time of state()
+  double last_step_ = 0;     // s, of the method's own
+  double longest_step_ = 0;  // the longest of these since the start: beside it creeps() finds a collapse
   First first_ = First::nothing;
   bool has_past_ = false;  // steps since the method began
   bool coupled_ = false;   // external wrenches act, which are known to the end of each advance() only

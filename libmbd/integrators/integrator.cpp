@@ -302,6 +302,16 @@ void Integrator::advance_over_instants(double h) {
 }
 
 void Integrator::advance(double h) {
+  asked_end_ = std::numeric_limits<double>::quiet_NaN();
+  step_by(h);
+}
+
+void Integrator::advance_to(double end) {
+  asked_end_ = end;
+  step_by(end - state().t);
+}
+
+void Integrator::step_by(double h) {
   if (!(h > 0)) throw std::invalid_argument("machine step = " + std::to_string(h) + " s: must be above 0");
   // A step that fails leaves segments too, which are read with what the elements remember at its begin.
   if (keeps_ && !dense_.memory) q_before_ = now_.q, keep_memory();

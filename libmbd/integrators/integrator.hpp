@@ -79,6 +79,8 @@ class Integrator {
   void start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   /// Moves on by h > 0 with the external wrenches held, and accepts the step (ruts). Ends exactly at its end.
   void advance(double h);
+  /// The same to an instant > now: methods that end anywhere are there to the last bit, whatever led there.
+  void advance_to(double end);
   /// Whether zeros of switching functions are located and the method restarted there (default), or stepped over.
   /// Takes effect at the next start().
   void locate_events(bool locate) { locate_ = locate; }
@@ -135,6 +137,8 @@ class Integrator {
   /// Around what changes at an instant inside a step, or where a method's own step has ended: ends of its segments.
   void keep_begin(bool jumps = true);
   void keep_end();
+  /// Inside on_advance(), between two steps of the method's own: what is read between its ends is that of these steps.
+  void part_segment() { keep_end(), keep_begin(false); }
   bool keeps() const { return keeps_; }
   StepSegment begin_segment(bool jumps) const;
   /// What the elements remember at the end of the step, for its dense output.
@@ -163,8 +167,10 @@ class Integrator {
   DenseOutput dense_;  ///< of the last advance()
   Eigen::VectorXd q_before_;
   long changes_seen_ = 0;
+  double asked_end_ = std::numeric_limits<double>::quiet_NaN();  ///< of advance_to()
 
  private:
+  void step_by(double h);
   void begin_states();
   bool begin_controllers();
   void await_passage();
@@ -177,6 +183,7 @@ class Integrator {
   void advance_part(double h);
   void advance_over_instants(double h);
   void advance_over_events(double h);
+  void begin_part();
   bool crossed();
   bool comes_and_goes();
   void try_part(double h);
@@ -189,6 +196,7 @@ class Integrator {
   std::vector<Event> events_;
   MotionState before_;
   EnergyFlows flows_before_;
+  std::size_t segments_before_ = 0;
   std::vector<double> gaps_;
 };
 
@@ -197,6 +205,11 @@ class Integrator {
 class StepClock {
  public:
   void restart() { step_ = 0; }
+  /// @param asked the end where it is given as a time; NaN: it is not
+  double end_of_step(double now, double h, double asked) {
+    const double end = end_of_step(now, h), rounding = 1e-9 * h + 4e-16 * std::abs(end);
+    return std::abs(end - asked) <= rounding ? asked : end;
+  }
   double end_of_step(double now, double h) {
     const double end = origin_ + static_cast<double>(count_ + 1) * step_;
     const bool goes_on = std::abs(h - step_) <= 1e-9 * step_ && std::abs(end - (now + h)) <= 1e-10 * h;

@@ -61,7 +61,7 @@ void Kinematic::follow(double to, int depth) {
 }
 
 void Kinematic::on_advance(double h) {
-  const double begin = now_.t, end = clock_.end_of_step(now_.t, h), dt = h / parts;
+  const double begin = now_.t, end = clock_.end_of_step(now_.t, h, asked_end_), dt = h / parts;
   flows_.of_elements += h * boole[0] * now_.rates;
   for (int k = 1; k <= parts; ++k) {
     follow(k == parts ? end : begin + k * dt, 0);

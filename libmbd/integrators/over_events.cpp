@@ -14,8 +14,16 @@ namespace {
 constexpr int most_events_in_a_step = 1000;
 }
 
+/// A part of the step begins at the present state, to which try_part() returns.
+void Integrator::begin_part() {
+  before_ = now_;
+  flows_before_ = flows_;
+  segments_before_ = dense_.segments.size();
+}
+
 /// A step of length h from the state before it, by the method's own start: it needs no past.
 void Integrator::try_part(double h) {
+  dense_.segments.erase(dense_.segments.begin() + static_cast<std::ptrdiff_t>(segments_before_), dense_.segments.end());
   now_ = before_;
   flows_ = flows_before_;
   partition_.evaluate(now_);
@@ -59,8 +67,7 @@ bool Integrator::comes_and_goes() {
 }
 
 void Integrator::advance_over_events(double h) {
-  before_ = now_;
-  flows_before_ = flows_;
+  begin_part();
   on_advance(h);
   if (!crossed() && !comes_and_goes()) return;
   const double end = before_.t + h;
@@ -90,8 +97,7 @@ void Integrator::advance_over_events(double h) {
     take_event(first);
     partition_.evaluate(now_);  // friction that has changed over
     keep_begin();
-    before_ = now_;
-    flows_before_ = flows_;
+    begin_part();
     if (end - now_.t <= 1e-12 * h) break;
     try_part(end - now_.t);
   }

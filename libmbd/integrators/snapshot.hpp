@@ -14,7 +14,7 @@ struct StepError {
   double positions = 0;   ///< sum over the steps (1)
   double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
   double fastest = 0;     ///< m/s
-  double drift = 0;       ///< that `velocities` moves the machine by, without wrenches from outside (1)
+  double drift = 0;       ///< way that `velocities` lead to, over the machine's length; not of external wrenches (1)
   /// Of the whole run, where errors add up and the motion does not magnify them.
   double sum() const { return positions + drift + (fastest > 0 ? velocities / fastest : 0); }
   bool operator==(const StepError&) const = default;

@@ -6,7 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/forces/line_contact.hpp"
+#include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/mechanisms.hpp"
 
@@ -44,6 +47,59 @@ TEST(BetweenSteps, IsReadToTheOrderOfTheSteps) {
   const double coarse = error_between(4e-3), fine = error_between(2e-3);
   EXPECT_LT(coarse, 1e-5);
   EXPECT_LT(fine, coarse / 20);
+}
+
+// Steps that are halved to their error are read in these parts. A spring of 3 rad in a step would be off by 3^6/46080,
+// 1.6 % of its amplitude, by the quintic between the ends alone; the parts err by 1e-6 in a step.
+TEST(BetweenSteps, IsReadInThePartsOfAStep) {
+  constexpr double amplitude = 0.1, frequency = 3000, h = 1e-3;
+  Model m;
+  m.gravity = {0, 0};
+  const int mass = m.add({.name = "mass", .mass = 1, .inertia = 0.1, .pose = {amplitude, 0, 0}});
+  m.add("spring", SpringDamper{.body_a = ground,
+                               .body_b = mass,
+                               .p_a = {-1, 0},
+                               .p_b = {0, 0},
+                               .stiffness = frequency * frequency,
+                               .free_length = 1});
+  Machine machine(m, {.adams_moulton = {.error_per_second = 1e-3}});
+  machine.start_from_pose();
+  machine.keep_dense_output();
+  Evaluation between = machine.evaluation();
+  for (int i = 0; i < 5; ++i) {
+    machine.advance(h);
+    for (int k = 1; k < 8; ++k) {
+      const double t = h * (i + 0.125 * k);
+      const Instant at = between.evaluate(machine.dense_output(), t);
+      EXPECT_NEAR(at.body(mass).r.x, amplitude * std::cos(frequency * t), 1e-5) << t;
+    }
+  }
+}
+
+// An instant that is asked for is reached to the last bit, and the machine there does not depend on those before it.
+// Without freedom a method's steps are long, and its time alone tells where the driver stands.
+TEST(AdvanceTo, IsOfThatInstantWhateverLedThere) {
+  for (const bool driven : {true, false})
+    for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida, IntegratorKind::kinematic}) {
+      if (kind == IntegratorKind::kinematic && !driven) continue;
+      Model m;
+      const int rod = m.add({.name = "rod", .mass = 2, .inertia = 0.2, .pose = {0.5, 0, 0}});
+      m.add("pin", Revolute{.body_a = ground, .body_b = rod, .p_a = {0, 0}, .p_b = {-0.5, 0}});
+      if (driven) m.add("turn", AngleDriver{.first = ground, .second = rod, .motion = {.velocity = 0.7}});
+      Machine once(m, {.integrator = kind}), often(m, {.integrator = kind});
+      once.start_from_pose(), often.start_from_pose();
+      for (int i = 1; i <= 20; ++i) {
+        const double end = 0.015 * i;
+        once.advance_to(end);
+        for (int part = 1; part < 11; ++part) often.advance_to(end - 0.015 + 0.0014 * part);
+        often.advance_to(end);
+        ASSERT_EQ(once.time(), end);
+        ASSERT_EQ(often.time(), end);
+        if (kind == IntegratorKind::kinematic) continue;  // its steps end where they are asked for
+        ASSERT_EQ(once.body(rod).angle, often.body(rod).angle) << end;
+        ASSERT_EQ(once.body(rod).r.x, often.body(rod).r.x) << end;
+      }
+    }
 }
 
 TEST(BetweenSteps, LookingLeavesTheMotionAsItIs) {
