@@ -45,6 +45,14 @@ class PlainText : public Value {
 class JoinedText final : public PlainText {
  public:
   using PlainText::PlainText;
+  /// A list is its items with "; " between.
+  void read(const Node& node, const ReadScope& scope) override {
+    if (node.kind != Node::Kind::sequence) return PlainText::read(node, scope);
+    value_.clear();
+    for (const Node& item : node.items)
+      value_ += fmt::format("{}{}", value_.empty() ? "" : "; ",
+                            item.kind == Node::Kind::scalar ? item.scalar : item.one_line());
+  }
   Json schema() const override { return either({text_form(), list_form(Json::object())}); }
 };
 

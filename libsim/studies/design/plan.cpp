@@ -18,12 +18,7 @@ namespace {
 
 template <class Plan>
 Plan read_plan(const std::string& file, const std::vector<std::string>& sets, Reading& reading) {
-  Node document = read_document(file, sets, reading.problems);
-  join_list(document, "set"), join_list(document, "constraints");
-  if (Node::Entry* parameters = document.find("parameters"))
-    for (Node::Entry& p : parameters->value.entries) join_list(p.value, "keys");
-  if (Node::Entry* numbers = document.find("numbers"))
-    for (Node::Entry& n : numbers->value.entries) join_list(n.value, "path");
+  const Node document = read_document(file, sets, reading.problems);
   Plan plan;
   read_all(document, reading, [&](Fields& fields) { declare(fields, plan); });
   return plan;

@@ -143,28 +143,11 @@ std::vector<double> in_one_unit(const std::vector<std::string>& values) {
 
 }  // namespace
 
-void join_list(Node& mapping, const char* key) {
-  Node::Entry* entry = mapping.find(key);
-  if (entry == nullptr || entry->value.kind != Node::Kind::sequence) return;
-  std::string text;
-  for (const Node& item : entry->value.items)
-    text +=
-        fmt::format("{}{}", text.empty() ? "" : "; ", item.kind == Node::Kind::scalar ? item.scalar : item.one_line());
-  Node joined = Node::of(text);
-  joined.place = entry->value.place;
-  entry->value = joined;
-}
-
 double SweepParameter::at(double u) const { return value_in_range(scale, between[0], between[1], u); }
 
 SweepPlan load_sweep(const std::string& file, const std::vector<std::string>& sets) {
   Problems problems;
-  Node document = read_document(file, sets, problems);
-  join_list(document, "set");
-  if (Node::Entry* parameters = document.find("parameters"))
-    for (Node::Entry& p : parameters->value.entries) join_list(p.value, "values"), join_list(p.value, "keys");
-  if (Node::Entry* numbers = document.find("numbers"))
-    for (Node::Entry& n : numbers->value.entries) join_list(n.value, "path");
+  const Node document = read_document(file, sets, problems);
   SweepPlan plan;
   Reading reading(problems);
   read_all(document, reading, [&](Fields& fields) { declare(fields, plan); });

@@ -110,8 +110,6 @@ std::vector<std::vector<double>> latin_hypercube(long points, std::size_t dimens
 /// The single value at a path of a scenario with its defaults, multiplied by a factor: `contacts.soil-soil.K_X` ->
 /// "20000 N/m". Of several numbers each is multiplied. Throws std::invalid_argument where there is no number.
 std::string scaled_value(const Node& scenario, const std::string& path, double factor);
-/// A list under a key that is read as text becomes pieces with semicolons between.
-void join_list(Node& mapping, const char* key);
 /// The tree that scaled_value looks at.
 Node explicit_tree(const Scenario& scenario);
 

@@ -254,6 +254,9 @@ TEST(RunControl, FormulasTransferFunctionsAndTablesAreCheckedWhenRead) {
   EXPECT_EQ(text_of("{table of two: place; both.y, first in: m, second in: m, output in: N, first: 0 1, second: 0 1, "
                     "values: 1 2 3 4}"),
             "accepted");
+  EXPECT_EQ(text_of("{table of two: [place, both.y], first in: m, second in: m, output in: N, first: 0 1, second: 0 1, "
+                    "values: 1 2 3 4}"),
+            "accepted");
   const auto holds = [&](const std::string& law, const std::string& part) {
     const std::string text = text_of(law);
     EXPECT_NE(text.find(part), std::string::npos) << law << ": " << text;
