@@ -8,6 +8,18 @@
 
 namespace subsoil::mbd {
 
+/// `has` of contacts with ContactMemory, which have one gap or a list of gaps.
+constexpr ForceMembers contact_members(bool list_of_gaps) {
+  return {.check = true,
+          .initialise_from_pose = true,
+          .gap = !list_of_gaps,
+          .gaps = list_of_gaps,
+          .stick = true,
+          .touch = true,
+          .trace = true,
+          .states = true};
+}
+
 /// What contacts with ContactLaw have in common: at each place that may touch (numbered as the gaps), what the contact
 /// has begun with, and whether it sticks. The way s of a place that sticks is a state, s' = slip, so that surfaces of
 /// any shape may roll and slide on each other. A contact C holds `touches`, one per place, and first_state, names this

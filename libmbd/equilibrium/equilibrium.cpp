@@ -422,12 +422,13 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
     } catch (const BlowUp&) {  // nothing holds it
     }
   }
+  char residual[32];
+  std::snprintf(residual, sizeof residual, "%.4g", found.residual);
   if (!closed)
-    throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +
-                             " equilibrium found near the start pose: " + std::to_string(found.residual) +
-                             " N stay unbalanced after " + std::to_string(found.iterations) + " iterations" +
-                             drifting_state(system, balance.at(found)) +
-                             "; start nearer to it, or take the pose as given");
+    throw std::runtime_error(
+        std::string(speed == 0 ? "no static" : "no steady") + " equilibrium found near the start pose: " + residual +
+        " N stay unbalanced after " + std::to_string(found.iterations) + " iterations" +
+        drifting_state(system, balance.at(found)) + "; start nearer to it, or take the pose as given");
   refuse_moving_drivers(system, balance.constraints(), found, speed);
   return found;
 }

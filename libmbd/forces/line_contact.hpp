@@ -12,13 +12,7 @@ namespace subsoil::mbd {
 struct LineContact {
   template <class Self>
   using Memory = ContactMemory<Self>;
-  static constexpr ForceMembers has{.check = true,
-                                    .initialise_from_pose = true,
-                                    .gap = true,
-                                    .stick = true,
-                                    .touch = true,
-                                    .trace = true,
-                                    .states = true};
+  static constexpr ForceMembers has = contact_members(false);
   static constexpr auto columns = ContactLaw::columns;
   int body_a = -1, body_b = -1;
   std::array<double, 2> p_a{0, 0}, p_b{0, 0};

@@ -22,14 +22,11 @@ namespace subsoil::mbd {
 struct OutlineContact {
   template <class Self>
   using Memory = ContactMemory<Self>;
-  static constexpr ForceMembers has{.check = true,
-                                    .prepare = true,
-                                    .initialise_from_pose = true,
-                                    .gaps = true,
-                                    .stick = true,
-                                    .touch = true,
-                                    .trace = true,
-                                    .states = true};
+  static constexpr ForceMembers has = [] {
+    ForceMembers members = contact_members(true);
+    members.prepare = true;
+    return members;
+  }();
   static constexpr std::array<ForceColumn, 5> columns{
       {{"normal force", "N"}, {"friction", "N"}, {"gap", "m"}, {"slip", "m/s"}, {"contacts", "1"}}};
   int body_a = -1, body_b = -1;
