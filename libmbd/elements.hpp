@@ -39,6 +39,7 @@
 #include "libmbd/forces/joint_friction.hpp"
 #include "libmbd/forces/line_contact.hpp"
 #include "libmbd/forces/outline_contact.hpp"
+#include "libmbd/forces/own_force.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/rotational_stop.hpp"
 #include "libmbd/forces/slide_stop.hpp"
@@ -54,6 +55,7 @@
 #include "libmbd/joints/flat_faced_cam.hpp"
 #include "libmbd/joints/gear_pair.hpp"
 #include "libmbd/joints/gear_ratio.hpp"
+#include "libmbd/joints/own_joint.hpp"
 #include "libmbd/joints/point_on_curve.hpp"
 #include "libmbd/joints/point_on_line.hpp"
 #include "libmbd/joints/rack_and_pinion.hpp"
@@ -72,9 +74,26 @@ using Forces = std::tuple<SpringDamper, RotationalSpringDamper, Bushing, BeamEle
                           DiskContact, OutlineContact, RotationalStop, SlideStop, DistanceStop, WheelOnSoil,
                           GroundElement, JointFriction, HydraulicCylinder, ElectricMotor, TorqueSpeedMotor>;
 
+namespace detail {
+template <class List, class... More>
+using WithMore = decltype(std::tuple_cat(std::declval<List>(), std::declval<std::tuple<More...>>()));
+}  // namespace detail
+
+// Those above, which scenarios name, and those of a user's program.
+using AllJoints = detail::WithMore<Joints, OwnJoint<1>, OwnJoint<2>, OwnJoint<3>>;
+using AllForces = detail::WithMore<Forces, OwnForce>;
+
 template <>
 struct ListOf<JointFamily> {
+  using type = AllJoints;
+};
+template <>
+struct DeclaredOf<JointFamily> {
   using type = Joints;
+};
+template <>
+struct DeclaredOf<ForceFamily> {
+  using type = Forces;
 };
 template <>
 struct ListOf<DriverFamily> {
@@ -82,7 +101,7 @@ struct ListOf<DriverFamily> {
 };
 template <>
 struct ListOf<ForceFamily> {
-  using type = Forces;
+  using type = AllForces;
 };
 
 }  // namespace subsoil::mbd

@@ -39,13 +39,20 @@ class AnyElement {
 /// The tuple of all types of a family; specialised beside the list.
 template <class Family>
 struct ListOf;
+/// Those of them that scenarios name; specialised where a user's program may bring others.
+template <class Family>
+struct DeclaredOf : ListOf<Family> {};
 
 namespace detail {
 template <class List, std::size_t i = 0, class Visitor, class Any>
 decltype(auto) visit_from(Visitor&& visitor, Any& any) {
   if constexpr (i + 1 == std::tuple_size_v<List>) {
     auto* const element = any.template get_if<std::tuple_element_t<i, List>>();
-    if (element == nullptr) throw std::logic_error("an element that is in no list of its family: see elements.hpp");
+    if (element == nullptr)
+      throw std::logic_error(
+          "an element that is in no list of its family (elements.hpp); a joint or force of your own goes into OwnJoint "
+          "or "
+          "OwnForce");
     return visitor(*element);
   } else {
     if (auto* const element = any.template get_if<std::tuple_element_t<i, List>>()) return visitor(*element);

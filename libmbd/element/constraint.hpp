@@ -78,7 +78,7 @@ concept ConstraintHas = E::has.check == requires(const E e) {
 template <class E>
 concept IsJoint = requires(E e) {
   { E::has } -> std::same_as<const ConstraintMembers&>;
-  { E::angular.size() } -> std::same_as<std::size_t>;
+  { e.angular.size() } -> std::same_as<std::size_t>;
   { e.body_a } -> std::same_as<int&>;
   { e.body_b } -> std::same_as<int&>;
 }

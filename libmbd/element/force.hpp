@@ -193,7 +193,7 @@ std::size_t state_count_of(const F& f) {
 template <class F>
 concept IsForce = requires(const F f, const Scene scene, Loads loads, ForceValues values) {
   { F::has } -> std::same_as<const ForceMembers&>;
-  { F::columns.size() } -> std::same_as<std::size_t>;
+  { f.columns.size() } -> std::same_as<std::size_t>;
   { f.evaluate(scene, loads, values) } -> std::same_as<ForcePower>;
 }
 &&detail::ForceHas<F>;

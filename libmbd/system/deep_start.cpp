@@ -25,8 +25,8 @@ double smallest_gap(const Force& force, const Scene& scene) {
 }
 
 template <class Force>
-bool is_angular() {
-  return std::any_of(Force::columns.begin(), Force::columns.end(), [](const ForceColumn& c) {
+bool is_angular(const Force& force) {
+  return std::any_of(force.columns.begin(), force.columns.end(), [](const ForceColumn& c) {
     return std::strcmp(c.name, "gap") == 0 && std::strcmp(c.unit, "rad") == 0;
   });
 }
@@ -51,7 +51,7 @@ std::vector<DeepStart> deep_starts(const System& system, const Eigen::VectorXd& 
           } else {
             const double gap = smallest_gap(force, system.scene()), energy = system.powers()[i].stored;
             if (!(gap < 0) || !(energy > 0)) return;
-            const bool angular = is_angular<Force>();
+            const bool angular = is_angular(force);
             const double arm = angular ? system.length_scale() : 1, push = 2 * energy / -gap;
             if (push <= weights * weight * arm || unbalanced < 0.5 * push / arm) return;
             found.push_back({system.model().forces[i].name, -gap, angular, energy, push, weight * arm});

@@ -29,9 +29,9 @@ struct System::Elements {
   struct Lists<std::tuple<Types...>> {
     using type = std::tuple<std::vector<Placed<Types>>...>;
   };
-  Lists<Joints>::type joints;
+  Lists<AllJoints>::type joints;
   Lists<Drivers>::type drivers;
-  Lists<Forces>::type forces;
+  Lists<AllForces>::type forces;
 
   /// What of a constraint is asked for: an element computes no more, since its evaluate() is inlined.
   enum class Part { all, position, gamma };

@@ -177,6 +177,8 @@ class Draughtsman {
   void take(const Joint& j) { disk(j.body_a, j.p_a, j.radius_a), disk(j.body_b, j.p_b, j.radius_b); }
   void take(const mbd::GearRatio&) {}
   void take(const mbd::Coupler&) {}
+  template <std::size_t rows>
+  void take(const mbd::OwnJoint<rows>&) {}  // no scenario names one
   void take(const mbd::CamFollower& j) {
     profile(j, j.closed);
     point(j.body_b, j.p_b);

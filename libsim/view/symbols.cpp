@@ -82,6 +82,9 @@ class ElementSymbols {
     add("ratio", {j.body_a, j.body_b, a.p_b, b.p_b})["ratio"] = j.ratio;
   }
   void take(const mbd::Coupler&) {}
+  template <std::size_t rows>
+  void take(const mbd::OwnJoint<rows>&) {}  // no scenario names one, nor a force of a user's program
+  void take(const mbd::OwnForce&) {}
   void take(const mbd::CamFollower& j) { add("follower", ends(j)); }
   void take(const mbd::FlatFacedCam& j) { add("follower", ends(j))["angle"] = j.angle_b; }
   void take(const mbd::PointOnCurve& j) { add("follower", {j.body_a, j.body_b, {0, 0}, j.p_b}); }

@@ -25,7 +25,7 @@
 namespace subsoil::sim {
 
 template <class Family>
-struct TypesOf<mbd::AnyElement<Family>> : mbd::ListOf<Family> {};
+struct TypesOf<mbd::AnyElement<Family>> : mbd::DeclaredOf<Family> {};
 
 void describe(Fields& v, BodySection& b) {
   v.quantity("mass", b.mass, "kg", "(0, inf)", "mass");
