@@ -7,7 +7,13 @@ from values import MACHINE, UnknownUnit, characteristic, function, scalar, unit_
 
 # Keys that need another one or a file, by name: left to scenarios of their own.
 LEFT_OUT = {"controller", "controls", "track", "point", "points", "along angle", "face angle", "sensor lag", "delay", "free length", "free angle"}
-ALWAYS = {"stiffness", "surface", "voltage", "maximum", "minimum", "radius", "guide", "supply pressure", "rated flow", "valve", "quadratic", "damping"}
+ALWAYS = {"stiffness", "surface", "voltage", "maximum", "minimum", "radius", "guide", "supply pressure", "rated flow", "valve", "quadratic", "damping", "torque curve"}
+
+
+# Equations of a joint; of others two. Too many keep a driver from a machine that has freedom for it, which is no loss.
+ROWS = {"fixed": 3, "distance": 1, "point on line": 1, "disk on line": 1, "disk on disk": 1, "gear pair": 1, "gear ratio": 1, "rack and pinion": 1, "coupler": 1,
+        "cam": 1, "flat-faced cam": 1, "point on curve": 1}
+WITH_STATES = {"hydraulic cylinder", "electric motor", "joint friction"}
 
 
 class MachineDraw:
@@ -258,8 +264,36 @@ class MachineDraw:
             self.controller(machine)
         if machine["joints"] and rng.random() < 0.12:
             self.event(machine)
+        self.free_drivers(machine)
         self.measures(machine)
         return {key: value for key, value in machine.items() if value}
+
+    def free_drivers(self, machine):
+        """Takes away what would drive a machine without freedom, or a body that is fixed to the one it is driven against."""
+        rows = sum(ROWS.get(kind, 2) for kind in self.joint_kinds.values())
+        held = {body for name, kind in self.joint_kinds.items() if kind == "fixed" for body in bodies_of(machine["joints"][Name(name)], machine)}
+        for name, driver in list(machine["drivers"].items()):
+            if 3 * len(self.bodies) - rows < 1 or held & set(bodies_of(driver, machine)):
+                del machine["drivers"][name]
+                self.used = [one for one in self.used if not one.startswith("machine.drivers.")]
+
+    def driven_throughout(self, machine):
+        """For `analysis: kinematics`: pins and slides in a chain, one driver for each, forces without states."""
+        names = [name.text for name in machine["bodies"]]
+        machine["joints"], machine["drivers"] = {}, {}
+        for part in ("controllers", "beams", "events"):
+            machine.pop(part, None)
+        for force in [name for name, f in machine.get("forces", {}).items() if next(iter(f)) in WITH_STATES or {"controller", "stick stiffness"} & set(f)]:
+            del machine["forces"][force]
+        self.joint_kinds = {}
+        for k, name in enumerate(names):
+            pair = (self.rng.choice(["ground", *names[:k]]), name)
+            kind, driver = self.rng.choice([("revolute", "angle"), ("translational", "slide")])
+            self.add(machine, "joints", f"j{k}", kind, pair)
+            self.add(machine, "drivers", f"d{k}", driver, pair)
+            if kind == "translational":
+                machine["drivers"][Name(f"d{k}")]["along"] = machine["joints"][Name(f"j{k}")]["along"]
+        self.measures(machine)
 
     def four_bar(self):
         """A four-bar linkage that turns over and over; one in two is a parallelogram, which passes its flat pose."""
@@ -375,7 +409,7 @@ class MachineDraw:
         """What every joint and force puts on every body, about its centre: enough to write Newton's and Euler's laws."""
         measures = {}
         for section, kind in ("joints", "reaction"), ("forces", "force"):
-            for name, element in machine[section].items():
+            for name, element in machine.get(section, {}).items():
                 for body in bodies_of(element, machine):
                     measures[Name(f"on {body} by {name.text}")] = {kind: name, "on": Name(body), "about": Name(body)}
         if "controllers" in machine:
@@ -394,6 +428,11 @@ def drop_without_effect(answer):
     for needed, others in ("restitution", ("restitution from",)), ("stick stiffness", ("stick damping",)), ("shear displacement", ("cohesion",)):
         for other in others if needed not in answer and "joint friction" not in answer else ():
             answer.pop(other, None)
+    if "flow given" in answer:  # in place of the valve
+        for key in ("valve", "supply pressure"):
+            answer.pop(key, None)
+    if "ground element" in answer and "length" in answer:  # a stamp, not a wheel
+        answer.pop("radius", None)
     if "wheel on soil" in answer and not ("cohesion" in answer and "internal friction" in answer):
         for key in ("shear displacement", "cohesion", "internal friction"):
             answer.pop(key, None)

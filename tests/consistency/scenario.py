@@ -34,16 +34,24 @@ def draw(seed, declarations, kind=None):
     if kind == "machine":
         draw_ = MachineDraw(rng, declarations, end)
         tree["machine"] = draw_.draw()
-        used += draw_.used
         analyses = declarations.sections["Top level"]["analysis"].words
         if rng.random() < 0.25:
             tree["analysis"] = rng.choice(analyses)
             used.append(f"analysis.{tree['analysis']}")
+            if tree["analysis"] == "kinematics":
+                draw_.driven_throughout(tree["machine"])
+            elif tree["analysis"] != "dynamics":  # at rest
+                tree["machine"].pop("drivers", None)
+        used += draw_.used
     else:
         soil = SoilDraw(rng, declarations, end)
         tree.update(soil.draw(listed=kind == "coupled" or rng.random() < 0.6))
         used += soil.used
         if kind == "coupled":
+            # A tool and another surface do not feel each other, which ends a run.
+            tree["boundaries"] = [one for one in tree.get("boundaries", []) if "plane" in one["shape"]]
+            tree.update({} if tree["boundaries"] else {"boundaries": None})
+            tree = {key: value for key, value in tree.items() if value is not None}
             tree["machine"], extra = coupled_machine(rng, declarations, soil, end, tree)
             used += extra
     tree["gravity"] = Quantity(gravity, "m/s^2", "direction")

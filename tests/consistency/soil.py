@@ -57,6 +57,14 @@ class SoilDraw:
         if "bond" in answer:  # with other moment arms a bond would not keep angular momentum, which the program refuses
             for key in ("moment arm", "moment arm at surfaces", "slip moment arm"):
                 answer.pop(key, None)
+        if "k1" in answer and "k2" in answer and not answer["k2"].values[0] > answer["k1"].values[0]:
+            answer["k2"] = Quantity((5 * answer["k1"].values[0],), answer["k2"].unit)
+        if "c" in rows and "n" in answer and "c" not in answer:  # Hertz's stiffness is that of n = 1.5
+            answer.pop("n")
+        if "normal" in rows and answer.get("normal", "hertz") != "linear":
+            answer.pop("k_n", None)
+        elif "normal" in rows and "k_n" not in answer:
+            answer["k_n"] = self.value(rows["k_n"])
         if name == "eepa":
             if not {"surface energy", "adhesive ratio"} & set(answer):
                 answer["adhesive ratio"] = self.value(rows["adhesive ratio"])
@@ -120,7 +128,7 @@ class SoilDraw:
         name = rng.choice(names)
         self.used.append(f"boundaries.shape.{name}")
         if name == "plane":
-            return {"plane": {"point": Quantity((0.0, 0.0, 0.0), "m", "own"), "normal": Quantity((self.rounded(-0.2, 0.2), 1.0, 0.0), "", "own")}}
+            return {"plane": {"point": Quantity((0.0, 0.0, 0.0), "m", "own"), "normal": Quantity((0.1 * self.rounded(-0.2, 0.2), 1.0, 0.0), "", "own")}}
         if name == "box":
             return {"box": Quantity(tuple(self.rounded(0.5 * size, size) for _ in range(3)), "m")}
         if name == "cylinder":
@@ -147,7 +155,7 @@ class SoilDraw:
         shape = self.shape(size)
         at = (self.rounded(0.0, high[0]), high[1] + 0.05, 0.0)
         if "plane" in shape:
-            at = (0.0, self.rounded(-0.004, 0.004, 2), 0.0)
+            at = (0.0, -abs(self.rounded(-0.004, 0.004, 2)), 0.0)
         answer = {"name": Name("plate"), "material": Name("steel"), "shape": shape, "at": Quantity(at, "m", "point")}
         if "plane" not in shape and rng.random() < 0.5:
             answer["rotation"] = {"angle": Quantity((self.rounded(-1, 1),), "rad", "turn")}
@@ -178,6 +186,9 @@ class SoilDraw:
         container = {**box(size, low), "open": Faces(faces), "material": Name("steel")}
         fills = sorted(set(self.declarations.sections["soil"]["soil.bed.fill"].words) - {"file"})
         fill = "particles" if listed else rng.choice(fills)
+        if fill != "particles":  # nothing falls for ever beside the bed
+            faces = ("+y",)
+            container["open"] = Faces(faces)
         self.used.append(f"soil.bed.fill.{fill}")
         bed = {"fill": fill, "material": Name("grain")}
         if fill == "particles":
@@ -190,11 +201,11 @@ class SoilDraw:
             if fill == "random":
                 bed["seed"] = rng.randint(1, 99)
         soil = {"container": container, "bed": bed}
-        if rng.random() < 0.2 and faces == ("+y",):
+        if rng.random() < 0.2 and faces == ("+y",) and fill in ("particles", "random"):
             container["periodic"] = Faces(("z",))
-            soil["bed"]["fill"] == "particles"
         if fill == "particles" and rng.random() < 0.25:
             self.clumps(soil, high)
+            container.pop("periodic", None)  # clumps have no images
         if rng.random() < 0.15 and fill != "particles":
             soil["surface"] = Quantity((0.0,), "m", "height")
         answer = {"materials": self.materials(), "contacts": contacts, "soil": soil}

@@ -21,7 +21,7 @@ CONTACT = dict(MACHINE, **{
 # Dimensions of a key that its name tells better than its unit, in both.
 NAMED = {
     "young's modulus": (1e6, 1e7), "poisson ratio": (0.1, 0.4), "density": (1500, 4000), "elements": (2, 5), "rtol": (1e-10, 1e-8),
-    "bulk modulus": (1e7, 1e8), "bore": (0.02, 0.05), "stroke": (0.3, 0.5), "supply pressure": (1e5, 1e6), "rated flow": (1e-5, 1e-4),
+    "bulk modulus": (1e7, 1e8), "bore": (0.02, 0.05), "stroke": (0.3, 0.5), "supply pressure": (1e5, 1e6), "tank pressure": (1e3, 5e4), "rated flow": (1e-5, 1e-4),
     "regularisation speed": (0.01, 0.1), "slip speed": (0.01, 0.1), "Stribeck speed": (0.01, 0.1), "ratio": (0.5, 2), "friction": (0.1, 0.5),
     "shear area": (1e-5, 1e-4), "height": (0.005, 0.02), "damping ratio": (0.01, 0.3), "axial stiffness": (1e4, 1e5),
     "shear stiffness": (1e4, 1e5), "n": (1.0, 1.5), "restitution": (0.2, 1.0), "restitution from": (0.01, 0.05), "cohesion": (100, 5e3), "K2": (1e5, 2e5), "stop stiffness": (1e4, 1e5),
