@@ -120,7 +120,7 @@ def in_vector(name, table):
 
 # Least size of a unit: of bodies that do not turn, angles and moments are rounding, some 1e-15, and so are speeds of one
 # at rest. Its acceleration is what forces of some N leave unbalanced: coordinates of 1 km are rounded to 1e-13 m.
-LEAST = {"rad": 1e-8, "rad/s": 1e-8, "rad/s^2": 1e-3, "N m": 1e-8, "m/s": 1e-8, "m/s^2": 1e-3}
+LEAST = {"rad": 1e-8, "rad/s": 1e-8, "rad/s^2": 1e-3, "N": 1e-6, "N m": 1e-6, "m/s": 1e-8, "m/s^2": 1e-3}
 
 
 def scales(table, units):

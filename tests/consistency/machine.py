@@ -163,7 +163,9 @@ class MachineDraw:
         if "characteristic" in kind:
             unit, argument = [part.strip() for part in kind.split(",")[0].split(" over ")]
             low, high = MACHINE[unit]
-            return characteristic(rng, self.declarations, unit, argument, math.sqrt(low * high), 0.3, "turn" if unit == "N m" else "scalar")
+            # The torque of a motor falls with its speed: one that grows feeds the motion without bound.
+            sense = -1.0 if key.name == "torque curve" else 1.0
+            return characteristic(rng, self.declarations, unit, argument, sense * math.sqrt(low * high), 0.3, "turn" if unit == "N m" else "scalar")
         if kind == "one of the forms below":
             return self.form(f"{path}.{element}.{key.name}")
         if kind == "whole number":
@@ -429,7 +431,7 @@ def drop_without_effect(answer):
         for other in others if needed not in answer and "joint friction" not in answer else ():
             answer.pop(other, None)
     if "flow given" in answer:  # in place of the valve
-        for key in ("valve", "supply pressure"):
+        for key in ("valve", "supply pressure", "start pressure b"):
             answer.pop(key, None)
     if "ground element" in answer and "length" in answer:  # a stamp, not a wheel
         answer.pop("radius", None)
