@@ -122,9 +122,8 @@ class Bed {
   const std::vector<ClumpShape>& clump_shapes() const;
   /// Place in `clumps` of the clump that a sphere belongs to; -1: it is loose.
   long clump_of(const Sphere& s) const;
-  /// Mass of matter, kg, and solid volume, m3, that a sphere stands for: of a clump's member its share in the clump, by
-  /// volume (its record has the clump's mass). Over all spheres they sum to those of the bed.
-  double mass_of(const Sphere& s) const;
+  double mass_of_body(const Sphere& s) const;  ///< kg, of the clump that it belongs to, else its own
+  /// Solid volume that a sphere stands for, m3: of a clump's member its share in the clump, as of the mass.
   double volume_of(const Sphere& s) const;
   std::size_t removed_count() const;   ///< fallen below the floor since the start
   std::size_t touching_pairs() const;  ///< within the cutoff of their law, of each particle block when last sampled
@@ -187,7 +186,7 @@ class Bed {
 
   /// Full state for a restart. `restore` expects the same boundaries and laws.
   struct State {
-    std::vector<Sphere> spheres;     ///< of fixed ones the mass is their own
+    std::vector<Sphere> spheres;
     std::vector<PairHistory> pairs;  ///< by the spheres' ids, as those that follow
     std::vector<BondHistory> bonds;
     std::vector<SurfaceHistory> surfaces;

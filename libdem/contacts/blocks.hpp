@@ -57,7 +57,8 @@ struct PairRun {
   std::size_t lines;                 ///< where the memory of the first block begins
   bool candidates;                   ///< pairs that may come to touch before the next build; inactive at first
   double activation = 0;             ///< of candidates: path at which the first of them is activated
-  bool uniform;                      ///< all its spheres have one radius and one mass
+  bool uniform;                      ///< all its spheres have one radius, one mass, and one that contacts find
+  bool all_free;                     ///< contacts find the mass in the record of each
   bool across_interface = false;     ///< spheres j lie in another cache block (grid.hpp)
   std::uint32_t rows = 0;            ///< where what they get begins, for runs at a block interface
 };
@@ -136,6 +137,7 @@ struct PairJob {
   bool accumulate;  ///< and sums its own
   const Sphere* spheres;
   const MixedSphere* mixed;  ///< in place of `spheres` in mixed precision
+  const double* masses;      ///< that contacts find, by sphere; null: those in the records
   const PairBlock* blocks;
   const BlockShape* shapes;
   Line* lines;
@@ -179,6 +181,7 @@ struct PlaneJob {
   bool record;  ///< as of a PairJob
   const Sphere* spheres;
   const MixedSphere* mixed;
+  const double* masses;
   const PlaneBlock* blocks;
   Line* lines;
   std::uint32_t count, contacts;
@@ -194,10 +197,10 @@ struct SurfaceJob {
   const Sphere* spheres;
   const MixedSphere* mixed;
   std::uint32_t sphere[kBlock];
-  double normal[3][kBlock];                                 ///< world axes, from the surface to the centre
-  double turn[3][kBlock];                                   ///< normal less that of the middle of the step
-  double distance[kBlock];                                  ///< of the centre from the surface; negative behind it
-  double mass[kBlock];                                      ///< kg, of a fixed sphere that of its matter
+  double normal[3][kBlock];  ///< world axes, from the surface to the centre
+  double turn[3][kBlock];    ///< normal less that of the middle of the step
+  double distance[kBlock];   ///< of the centre from the surface; negative behind it
+  double mass[kBlock];       ///< kg, of the sphere or its clump, of a fixed sphere its own
   double velocity[3][kBlock], angular_velocity[3][kBlock];  ///< of the surface at the contact point
   Line lines[MemoryShape::whole().lines(1)];
   std::uint32_t count;

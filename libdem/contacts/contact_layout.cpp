@@ -102,9 +102,9 @@ class BlockWriter {
 class Layout {
  public:
   /// @param spheres and behind them their images
-  Layout(ContactStore& store, std::span<const Sphere> spheres, const NeighbourList& list, const Grid& grid,
-         const ContactLaws& laws, double skin, int threads)
-      : store_(store), spheres_(spheres), list_(list), laws_(laws), skin_(skin), threads_(threads) {
+  Layout(ContactStore& store, std::span<const Sphere> spheres, std::span<const double> masses,
+         const NeighbourList& list, const Grid& grid, const ContactLaws& laws, double skin, int threads)
+      : store_(store), spheres_(spheres), masses_(masses), list_(list), laws_(laws), skin_(skin), threads_(threads) {
     count_ = static_cast<std::uint32_t>(spheres.size() - store.images.size());
     classes_.laws = laws.count();
     store.particle_blocks.assign((count_ + kParticleBlock - 1) / kParticleBlock, {});
@@ -154,17 +154,21 @@ class Layout {
 
   void classify(std::size_t k) {
     ParticleBlock& block = store_.particle_blocks[k];
-    const Sphere& first = spheres_[k * kParticleBlock];
-    const auto as_first = [&](const Sphere& s) { return s.r == first.r && s.m == first.m; };
+    const auto first = static_cast<std::uint32_t>(k * kParticleBlock);
+    const auto include = [&](std::uint32_t i) {
+      const Sphere &a = spheres_[first], &b = spheres_[i];
+      block.uniform = block.uniform && a.r == b.r && a.m == b.m && (masses_.empty() || masses_[first] == masses_[i]);
+      block.all_free = block.all_free && b.kind == SphereKind::free;
+    };
     block.begin = static_cast<std::uint32_t>(k) * kParticleBlock;
     block.end = std::min(count_, block.begin + kParticleBlock);
     block.last = static_cast<std::uint32_t>(k);
-    block.uniform = true;
+    block.uniform = block.all_free = true;
     block.interface_first = block.last + 1, block.interface_last = block.last;
     auto end = std::upper_bound(cache_block_ends_.begin(), cache_block_ends_.end(), block.begin);
     std::uint32_t* size = sizes_of(k);
     for (std::uint32_t i = block.begin; i < block.end; ++i) {
-      block.uniform = block.uniform && as_first(spheres_[i]);
+      include(i);
       while (i >= *end) ++end;
       for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
         const Sphere &a = spheres_[i], &b = spheres_[list_.j[p]];
@@ -173,7 +177,7 @@ class Layout {
         const bool across = list_.j[p] >= *end;
         class_of_[p] = static_cast<std::uint16_t>(classes_.of(law, gap, skin_, across));
         ++size[class_of_[p]];
-        block.uniform = block.uniform && as_first(b);
+        include(list_.j[p]);
         include_partner(block, store_.images.sphere(list_.j[p]) / kParticleBlock, across);
       }
     }
@@ -208,6 +212,7 @@ class Layout {
                            .lines = line_,
                            .candidates = candidates,
                            .uniform = b.uniform,
+                           .all_free = b.all_free,
                            .across_interface = across});
     block_ += blocks;
     line_ += laws_.pair_memory(law).lines(blocks);
@@ -252,6 +257,7 @@ class Layout {
 
   ContactStore& store_;
   std::span<const Sphere> spheres_;
+  std::span<const double> masses_;
   const NeighbourList& list_;
   const ContactLaws& laws_;
   double skin_;
@@ -268,11 +274,11 @@ class Layout {
 
 }  // namespace
 
-Buffer<std::uint32_t> ContactStore::build(std::span<const Sphere> spheres, const PeriodicImages& images_in,
-                                          const NeighbourList& list, const Grid& grid, const ContactLaws& laws,
-                                          double skin, int threads) {
+Buffer<std::uint32_t> ContactStore::build(std::span<const Sphere> spheres, std::span<const double> masses,
+                                          const PeriodicImages& images_in, const NeighbourList& list, const Grid& grid,
+                                          const ContactLaws& laws, double skin, int threads) {
   images = images_in;
-  Buffer<std::uint32_t> place = Layout(*this, spheres, list, grid, laws, skin, threads).run();
+  Buffer<std::uint32_t> place = Layout(*this, spheres, masses, list, grid, laws, skin, threads).run();
   link_interfaces();
   lists_ = next_lists();
   return place;

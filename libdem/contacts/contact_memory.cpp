@@ -108,30 +108,4 @@ void write_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_
   each_of_bond(block, shape, lane, bond, give);
 }
 
-void append(std::vector<double>& record, const PairState& state) {
-  const auto put = [&](auto number, int) { record.push_back(static_cast<double>(number)); };
-  each_field(MemoryShape::whole(), state, put, put);
-}
-
-PairState pair_state_of(const double* record) {
-  PairState s;
-  const auto get = [&](auto& field, int) { field = static_cast<std::remove_reference_t<decltype(field)>>(*record++); };
-  each_field(MemoryShape::whole(), s, get, get);
-  return s;
-}
-
-void append(std::vector<double>& record, const BondMemory<double>& bond) {
-  const auto put = [&](double number, int) { record.push_back(number); };
-  BondMemory<double>::each_state(bond, put);
-  BondMemory<double>::each_diagnostic(bond, put);
-}
-
-BondMemory<double> bond_memory_of(const double* record) {
-  BondMemory<double> b;
-  const auto get = [&](double& field, int) { field = *record++; };
-  BondMemory<double>::each_state(b, get);
-  BondMemory<double>::each_diagnostic(b, get);
-  return b;
-}
-
 }  // namespace subsoil::dem

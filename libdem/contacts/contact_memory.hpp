@@ -140,12 +140,4 @@ void write_lane(const BlockMemory& block, const MemoryShape& shape, std::uint32_
 BondMemory<double> read_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane);
 void write_bond(const BlockMemory& block, const MemoryShape& shape, std::uint32_t lane, const BondMemory<double>& bond);
 
-/// Numbers of one contact, and of one bond, in a restart: all states, then all diagnostics.
-inline constexpr std::size_t kPairRecord = MemoryShape::whole().states() + MemoryShape::whole().diagnostics();
-inline constexpr std::size_t kBondRecord = BondMemory<double>::kStates + BondMemory<double>::kDiagnostics;
-void append(std::vector<double>& record, const PairState& state);
-void append(std::vector<double>& record, const BondMemory<double>& bond);
-PairState pair_state_of(const double* record);
-BondMemory<double> bond_memory_of(const double* record);
-
 }  // namespace subsoil::dem

@@ -69,10 +69,11 @@ class ContactStore {
 
   /// Lays out the pairs of a neighbour list; what is there is first put away by `retire` or `set_aside`.
   /// @param spheres and behind them their images, which are `images_in`
+  /// @param masses that contacts find of these; empty: their own
   /// @return place of each pair of the list: 8 x block + lane
-  Buffer<std::uint32_t> build(std::span<const Sphere> spheres, const PeriodicImages& images_in,
-                              const NeighbourList& list, const Grid& grid, const ContactLaws& laws, double skin,
-                              int threads);
+  Buffer<std::uint32_t> build(std::span<const Sphere> spheres, std::span<const double> masses,
+                              const PeriodicImages& images_in, const NeighbourList& list, const Grid& grid,
+                              const ContactLaws& laws, double skin, int threads);
   /// Histories into the new blocks, from the saved ones if there are any, else from what waits.
   /// @param new_index of the spheres @return bonds of spheres that are gone
   std::size_t restore_histories(const NeighbourList& list, const Buffer<std::uint32_t>& place,

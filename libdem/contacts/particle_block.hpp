@@ -22,7 +22,8 @@ struct ParticleBlock {
   std::uint32_t last;                             ///< particle block of the farthest partner in the cache block
   std::uint32_t interface_first, interface_last;  ///< of partners in other cache blocks; the latter smaller: none
   std::uint32_t remote_begin, remote_end;         ///< contributions that its own spheres get across interfaces
-  bool uniform;                                   ///< it and all its partners have one radius and one mass
+  bool uniform;   ///< it and all its partners have one radius, one mass, and one that contacts find
+  bool all_free;  ///< likewise they are SphereKind::free
 };
 
 /// How far spheres may have gone since the lists were built, by particle block: a bound on the path of any sphere of it

@@ -66,7 +66,7 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
       dem::candidates(boundary.shape, c, near, mine.candidates);
       if (mine.candidates.size() == before) continue;
       const std::span<const std::uint32_t> close(mine.candidates.data() + before, mine.candidates.size() - before);
-      // Planes take masses from the records, which of fixed spheres are not their own.
+      // Planes take the masses that pairs find, which of fixed spheres are not their own.
       if (const auto face = held ? std::nullopt : flat_face(boundary.shape, c, skin, close)) {
         mine.faces.push_back({i, b, static_cast<std::uint32_t>(law), *face});
         mine.candidates.resize(before);

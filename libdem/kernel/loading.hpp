@@ -27,7 +27,9 @@ struct alignas(64) SpheresI<VecF> {
   float motion[8][kBlock];  ///< v, m, w, r
 };
 
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const SphereIndex* index_i, SpheresI<VecD>& out) {
+/// @param masses that contacts find; null: those in the records
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const double* masses, const SphereIndex* index_i,
+                                        SpheresI<VecD>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const Sphere* i[kLanesD];
     for (int l = 0; l < kLanesD; ++l) i[l] = record(spheres, index_i[first + l]);
@@ -36,8 +38,12 @@ struct alignas(64) SpheresI<VecF> {
     for (int d = 0; d < 3; ++d) store(a.w[d], out.w[d] + first);
     store(a.r, out.r + first), store(a.m, out.m + first);
   }
+  if (masses != nullptr)
+    for (std::uint32_t l = 0; l < kBlock; ++l) out.m[l] = masses[index_i[l]];
 }
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SphereIndex* index_i, SpheresI<VecF>& out) {
+/// Records of mixed precision have these masses.
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const double*, const SphereIndex* index_i,
+                                        SpheresI<VecF>& out) {
   for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
     const double* x[kLanesD];
     for (int l = 0; l < kLanesD; ++l) x[l] = &record(spheres, index_i[first + l])->x.x;
@@ -63,13 +69,14 @@ struct OfAll {
   VecD radii2;  ///< (2 r)^2
 
   template <class Record>
-  explicit OfAll(const Record& any) : r(any.r), m(any.m), radii2(4 * any.r * any.r) {}
+  OfAll(const Record& any, const double* mass)
+      : r(any.r), m(mass != nullptr ? *mass : any.m), radii2(4 * any.r * any.r) {}
 };
 
 template <bool Uniform>
-[[gnu::always_inline]] inline void read(const Sphere* spheres, const SpheresI<VecD>* const (&own)[1],
-                                        const SphereIndex* const (&other)[1], int first, const OfAll<VecD>& all,
-                                        Gap<VecD>& out) {
+[[gnu::always_inline]] inline void read(const Sphere* spheres, const double* masses,
+                                        const SpheresI<VecD>* const (&own)[1], const SphereIndex* const (&other)[1],
+                                        int first, const OfAll<VecD>& all, Gap<VecD>& out) {
   const Sphere* j[kLanesD];
   for (int l = 0; l < kLanesD; ++l) j[l] = record(spheres, other[0][first + l]);
   const SphereLanes b = load_spheres(j);
@@ -80,14 +87,20 @@ template <bool Uniform>
     out.w_i[d] = a(own[0]->w[d]), out.w_j[d] = b.w[d];
   }
   out.d2 = dot3(out.n, out.n);
-  if constexpr (Uniform)
+  if constexpr (Uniform) {
     out.r_i = out.r_j = all.r, out.m_i = out.m_j = all.m;
-  else
-    out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
+    return;
+  }
+  out.r_i = a(own[0]->r), out.m_i = a(own[0]->m), out.r_j = b.r, out.m_j = b.m;
+  if (masses == nullptr) return;
+  double m_j[kLanesD];
+  for (int l = 0; l < kLanesD; ++l) m_j[l] = masses[other[0][first + l]];
+  out.m_j = load<VecD>(m_j);
 }
 
 template <bool Uniform>
-[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const SpheresI<VecF>* const (&own)[kSpan<VecF>],
+[[gnu::always_inline]] inline void read(const MixedSphere* spheres, const double*,
+                                        const SpheresI<VecF>* const (&own)[kSpan<VecF>],
                                         const SphereIndex* const (&other)[kSpan<VecF>], int first,
                                         const OfAll<VecF>& all, Gap<VecF>& out) {
   EightColumns motion;

@@ -166,7 +166,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
   job.same_torque = same_torque;
   const std::uint32_t count = halo ? job.halo_count : job.count;
   using Record = std::remove_cvref_t<decltype(*spheres)>;
-  const OfAll<P> all(job.count > 0 ? spheres[job.blocks[0].i[0]] : Record{});
+  const std::uint32_t any = job.count > 0 ? std::uint32_t{job.blocks[0].i[0]} : 0;
+  const OfAll<P> all(job.count > 0 ? spheres[any] : Record{}, job.masses != nullptr ? job.masses + any : nullptr);
   if (uniform) {
     Effective<P> e;
     effective<true, Rolls, L>(all.r, all.m, all.r, all.m, e);
@@ -206,7 +207,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
       if (halo || job.shapes[b].begins) {
         next_chunk += next_chunk == begun;
         chunk = next_chunk++;
-        read(spheres, job.blocks[b].i, spheres_i[chunk]);
+        read(spheres, job.masses, job.blocks[b].i, spheres_i[chunk]);
       }
       own[blocks] = &spheres_i[chunk];
       if (!ready) todo[fresh++] = blocks;
@@ -228,7 +229,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         }
         for (int part = 0; part < kParts<P>; ++part) {
           Gap<P> gap;
-          read<same.value>(spheres, i, j, part * lanes, all, gap);
+          read<same.value>(spheres, job.masses, i, j, part * lanes, all, gap);
           meet_pair<Rolls, L>(share, half_dt, gap, meeting[g][part]);
           if (!same.value) effective<true, Rolls, L>(gap.r_i, gap.m_i, gap.r_j, gap.m_j, meeting[g][part].effective);
         }

@@ -23,8 +23,12 @@ void run_planes(const L& by_reference, PlaneJob& job) {
     const PlaneBlock& block = job.blocks[b];
     const std::uint32_t count = b + 1 < job.count ? kBlock : job.contacts - b * kBlock;
     Four f[kBlock], t[kBlock], unused[kBlock];
+    double masses[kBlock];
+    if (job.masses != nullptr)
+      for (std::uint32_t l = 0; l < kBlock; ++l) masses[l] = job.masses[block.sphere[l]];
     for (int first = 0; first < static_cast<int>(kBlock); first += kLanesD) {
-      const SphereLanes i = load_spheres(job, block.sphere, first);
+      SphereLanes i = load_spheres(job, block.sphere, first);
+      if (job.masses != nullptr) i.m = load<VecD>(masses + first);
       VecD own[3], at[3];
       for (int d = 0; d < 3; ++d) own[d] = load<VecD>(block.normal[d] + first), at[d] = i.x[d] - VecD(job.position[d]);
       Touch<VecD> a;

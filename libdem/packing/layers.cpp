@@ -59,7 +59,7 @@ std::vector<LayerReport> report_layers(std::span<const Sphere> spheres, const Bo
   for (std::size_t k = 0; k < layers; ++k) {
     LayerReport& r = out[k];
     for (const Sphere& s : spheres)
-      if (layer[s.id] == static_cast<int>(k)) ++r.spheres, r.mass += own_mass(s), up_to.push_back(s);
+      if (layer[s.id] == static_cast<int>(k)) ++r.spheres, r.mass += s.m, up_to.push_back(s);
     const SurfaceHeight face = surface_height(up_to, region);
     r.top = face.mean, r.spread = face.spread, r.thickness = face.mean - below;
     below = face.mean;

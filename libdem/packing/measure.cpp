@@ -155,7 +155,7 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const
   };
   const Window x = along(0), y = along(1), z = along(2);
   double mass = 0;
-  for (const Sphere& s : spheres) mass += own_mass(s) * x(s.x.x, s.r) * y(s.x.y, s.r) * z(s.x.z, s.r);
+  for (const Sphere& s : spheres) mass += s.m * x(s.x.x, s.r) * y(s.x.y, s.r) * z(s.x.z, s.r);
   const double volume = x.integral() * y.integral() * z.integral();
   return volume > 0 ? mass / volume : 0;
 }
@@ -187,26 +187,14 @@ double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& 
   return touching_per_sphere(spheres, cell, [](std::uint32_t, std::uint32_t) { return false; });
 }
 
-namespace {
-
-/// Each with its own mass, not that of its clump.
-std::vector<Sphere> weighed(const Bed& bed) {
-  std::vector<Sphere> spheres(bed.spheres().begin(), bed.spheres().end());
-  for (Sphere& s : spheres) s.m = bed.mass_of(s);
-  return spheres;
-}
-
-}  // namespace
-
 double bulk_density(const Bed& bed, const Bounds& region) {
-  const PeriodicCell& cell = bed.options().periodic;
-  return bed.clumps().empty() ? bulk_density(bed.spheres(), region, cell) : bulk_density(weighed(bed), region, cell);
+  return bulk_density(bed.spheres(), region, bed.options().periodic);
 }
 
 BedReport report(const Bed& bed, const Bounds& region) {
   const PeriodicCell& cell = bed.options().periodic;
   if (bed.clumps().empty()) return report(bed.spheres(), region, cell);
-  const std::vector<Sphere> spheres = weighed(bed);
+  const std::span<const Sphere> spheres = bed.spheres();
   BedReport out = report(spheres, region, cell);
   out.coordination = touching_per_sphere(spheres, cell, [&](std::uint32_t i, std::uint32_t j) {
     const long of_i = bed.clump_of(spheres[i]);
@@ -218,7 +206,7 @@ BedReport report(const Bed& bed, const Bounds& region) {
 BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell) {
   BedReport out;
   out.spheres = spheres.size();
-  for (const Sphere& s : spheres) out.mass += own_mass(s);
+  for (const Sphere& s : spheres) out.mass += s.m;
   out.bulk_density = bulk_density(spheres, region, cell);
   out.surface = surface_height(spheres, region);
   out.coordination = coordination_number(spheres, cell);

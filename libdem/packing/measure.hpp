@@ -31,7 +31,7 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, dou
 ///                               layers at walls, floor and surface count, too
 ///   a period of the cell        1: mass per period
 double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell = {});
-double bulk_density(const Bed& bed, const Bounds& region);  ///< with clumps: as in `report`
+double bulk_density(const Bed& bed, const Bounds& region);
 
 /// Mean number of spheres that touch a sphere (overlap above zero), walls not counted; across periodic sides, too.
 double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell = {});

@@ -183,7 +183,7 @@ class Settler {
   double rms_speed(bool with_spin) const {
     double energy = 0;
     for (const Sphere& s : bed_.spheres()) {
-      if (is_fixed(s) || bed_.clump_of(s) >= 0) continue;
+      if (s.kind != SphereKind::free) continue;
       energy += s.m * dot(s.v, s.v);
       if (with_spin) energy += inertia(s) * dot(s.w, s.w);
     }
@@ -201,7 +201,7 @@ class Settler {
     mass_ = decide_([&] {
       double mass = 0;
       for (const Sphere& s : bed_.spheres())
-        if (!is_fixed(s)) mass += bed_.mass_of(s);
+        if (!is_fixed(s)) mass += s.m;
       return mass;
     });
     radius_ = decide_([&] { return mean_radius(bed_.spheres()); });

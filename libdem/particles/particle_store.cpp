@@ -26,7 +26,7 @@ void ParticleStore::set_images(PeriodicImages images) {
 
 bool ParticleStore::drop_images() {
   const bool any = !images_.empty();
-  spheres_.resize(size());
+  spheres_.resize(size()), masses_.clear();
   images_ = {};
   return any;
 }
@@ -73,7 +73,7 @@ void ParticleStore::sync_to_mixed(int threads) {
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (long k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    mixed_[i] = rounded(spheres_[i]);
+    mixed_[i] = rounded(spheres_[i], mass_in_contact(static_cast<std::uint32_t>(i)));
   }
 }
 
@@ -97,17 +97,21 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
   if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
   if (in.material < 0 || in.material >= materials) refuse("no such material");
   drop_images();
-  Sphere s{in.position,
-           in.radius,
-           in.velocity,
-           m,
-           in.angular_velocity,
-           next_id_++,
-           static_cast<std::uint16_t>(in.material),
-           SphereKind::free,
-           0};
-  set_kind(s, in.kind);
-  spheres_.push_back(s);
+  spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
+                      static_cast<std::uint16_t>(in.material), in.kind, 0});
+}
+
+void ParticleStore::find_masses(const std::function<double(std::uint32_t)>& of_clump) {
+  masses_.clear();
+  const auto all = spheres();
+  if (std::all_of(all.begin(), all.end(), [](const Sphere& s) { return s.kind == SphereKind::free; })) return;
+  masses_.resize(spheres_.size());
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    const Sphere& s = spheres_[i];
+    masses_[i] = s.kind == SphereKind::fixed ? kUnyielding * s.m : s.kind == SphereKind::member ? of_clump(i) : s.m;
+  }
+  for (std::size_t k = 0; k < images_.size(); ++k)
+    masses_[size() + k] = masses_[images_.sphere(images_.spheres + static_cast<std::uint32_t>(k))];
 }
 
 void ParticleStore::clear() {
@@ -119,7 +123,7 @@ void ParticleStore::clear() {
 
 void ParticleStore::restore(const Sphere& s) {
   next_id_ = std::max(next_id_, s.id + 1);
-  spheres_.push_back(s);
+  spheres_.push_back(s), masses_.clear();
 }
 
 std::vector<std::uint32_t> ParticleStore::take_out(double floor, const std::function<bool(const Sphere&)>& gone,

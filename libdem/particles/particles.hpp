@@ -7,8 +7,8 @@
 
 namespace subsoil::dem {
 
-/// Whether forces move a sphere.
-enum class SphereKind : std::uint8_t { free, fixed };
+/// What forces on a sphere move: itself; nothing; its clump.
+enum class SphereKind : std::uint8_t { free, fixed, member };
 
 /// Working record of one sphere, 96 bytes: one and a half cache lines, read whole by every contact. Structure-of-arrays
 /// lost: a contact needs eleven numbers of its partner, which would be eleven cache lines instead of two. Aligned so
@@ -17,7 +17,7 @@ struct alignas(32) Sphere {
   Vec3 x;                  ///< centre, m, at time t_n
   double r;                ///< radius, m
   Vec3 v;                  ///< velocity, m/s, at t_n - dt/2 (leapfrog)
-  double m;                ///< kg: its mass, that of its clump, or kFixedScale times its mass (fixed.hpp)
+  double m;                ///< mass of its matter, kg; of a clump's its share by volume: over all spheres, the bed's
   Vec3 w;                  ///< angular velocity, rad/s, at t_n - dt/2
   std::uint32_t id;        ///< the user's number, kept for life
   std::uint16_t material;  ///< index into the table of laws
@@ -35,15 +35,16 @@ enum class Precision { doubles, mixed };
 struct alignas(64) MixedSphere {
   Vec3 x;
   double r;
-  float v[3], m;
+  float v[3], m;  ///< m: as contacts find it
   float w[3];
   float r_single;
 };
 static_assert(sizeof(MixedSphere) == 64);
 
-inline MixedSphere rounded(const Sphere& s) {
+/// @param mass that contacts find of it, kg (ParticleStore)
+inline MixedSphere rounded(const Sphere& s, double mass) {
   const auto f = [](double x) { return static_cast<float>(x); };
-  return {s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(s.m), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)};
+  return {s.x, s.r, {f(s.v.x), f(s.v.y), f(s.v.z)}, f(mass), {f(s.w.x), f(s.w.y), f(s.w.z)}, f(s.r)};
 }
 
 inline double sphere_volume(double radius) { return 4.0 / 3.0 * M_PI * radius * radius * radius; }

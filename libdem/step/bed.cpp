@@ -60,7 +60,10 @@ long Bed::clump_of(const Sphere& s) const {
   const std::uint32_t c = impl_->clumps.clump_of(s.id);
   return c == kGone ? -1 : static_cast<long>(c);
 }
-double Bed::mass_of(const Sphere& s) const { return clump_of(s) < 0 ? s.m : impl_->clumps.mass_share(s); }
+double Bed::mass_of_body(const Sphere& s) const {
+  const std::uint32_t clump = impl_->clumps.clump_of(s.id);
+  return clump == kGone ? s.m : impl_->clumps.mass_at(clump);
+}
 double Bed::volume_of(const Sphere& s) const {
   return clump_of(s) < 0 ? sphere_volume(s.r) : impl_->clumps.volume_share(s);
 }
@@ -91,9 +94,9 @@ std::size_t Bed::Impl::change_spheres(const Change& change) {
 
 std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
   return impl_->change_spheres([&](Sphere& s) {
-    if (is_fixed(s) || clump_of(s) >= 0 || !predicate(s)) return false;
+    if (s.kind != SphereKind::free || !predicate(s)) return false;
     impl_->balance.removed += kinetic_energy_of(s) - s.m * dot(impl_->options.gravity, s.x);
-    set_kind(s, SphereKind::fixed), s.v = s.w = {};
+    s.kind = SphereKind::fixed, s.v = s.w = {};
     return true;
   });
 }
@@ -101,7 +104,7 @@ std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
 std::size_t Bed::release_if(const std::function<bool(const Sphere&)>& predicate) {
   return impl_->change_spheres([&](Sphere& s) {
     if (!is_fixed(s) || !predicate(s)) return false;
-    set_kind(s, SphereKind::free), s.v = s.w = {};
+    s.kind = SphereKind::free, s.v = s.w = {};
     impl_->balance.removed += s.m * dot(impl_->options.gravity, s.x);
     return true;
   });
@@ -270,7 +273,7 @@ double Bed::max_overlap() const { return impl_->balance.extremes().overlap; }
 double Bed::kinetic_energy() const {
   double sum = 0;
   for (const Sphere& s : spheres())
-    if (!is_fixed(s) && clump_of(s) < 0) sum += kinetic_energy_of(s);
+    if (s.kind == SphereKind::free) sum += kinetic_energy_of(s);
   for (const Clump& c : clumps()) {
     const ClumpShape& shape = clump_shapes()[c.shape];
     sum += 0.5 * shape.mass * dot(c.velocity, c.velocity) +

@@ -143,7 +143,7 @@ struct Bed::Impl {
 
   // state.cpp
   State state();
-  Sphere record_of(const Sphere& saved) const;
+  const Sphere& checked(const Sphere& s) const;
   void archive(Archive& a);
   void archive_bonding(Archive& a);
   /// Contacts of a state, to wait for the next lists. @param place index of a sphere by its id

@@ -66,7 +66,7 @@ void Bed::Impl::take_back(bool with_contacts) {
   std::unordered_map<std::uint32_t, std::uint32_t> index;
   for (const Sphere& s : state.spheres) {
     if (with_contacts) index[s.id] = static_cast<std::uint32_t>(particles.size());
-    particles.restore(record_of(s));
+    particles.restore(checked(s));
   }
   contacts.clear(), surfaces.clear();
   if (with_contacts) take_contacts(state, [&](std::uint32_t id) { return index.at(id); });

@@ -45,7 +45,9 @@ void Clumps::add(const ClumpSpec& in, ParticleStore& particles, int materials) {
                    shape.mass / sphere_volume(m.radius), in.material},
                   materials);
     Sphere& s = particles.spheres().back();
-    s.m = shape.mass;
+    s.m = shape.mass *
+          shares_.at(static_cast<std::size_t>(in.shape))[static_cast<std::size_t>(&m - shape.members.data())];
+    s.kind = SphereKind::member;
     if (std::exchange(first, false)) c.first_sphere = s.id;
   }
   clumps_.push_back(c);
@@ -64,10 +66,6 @@ void Clumps::number_spheres() {
   }
 }
 
-double Clumps::mass_share(const Sphere& s) const {
-  const Clump& c = clumps_[clump_of(s.id)];
-  return shapes_[c.shape].mass * shares_[c.shape][s.id - c.first_sphere];
-}
 double Clumps::volume_share(const Sphere& s) const {
   const Clump& c = clumps_[clump_of(s.id)];
   return shapes_[c.shape].volume * shares_[c.shape][s.id - c.first_sphere];
@@ -230,7 +228,7 @@ void Clumps::move(ParticleStore& particles, const Vec3& gravity, double before, 
       s.x = c.position + arm;
       s.v = c.velocity + cross(turned.angular_velocity, middle);
       s.w = turned.angular_velocity;
-      if (particles.is_mixed()) particles.mixed()[sphere_of_[e]] = rounded(s);
+      if (particles.is_mixed()) particles.mixed()[sphere_of_[e]] = rounded(s, particles.mass_in_contact(sphere_of_[e]));
     }
   }
 }

@@ -14,9 +14,8 @@
 namespace subsoil::dem {
 
 /// Rigid grains of several spheres. Their members are spheres of the bed like others: search, lists, laws and surfaces
-/// know nothing of clumps, but for two things: a member's record holds the clump's mass, so that damping and
-/// restitution are those of the body that is hit (as LAMMPS has it), and pairs of one clump are left out
-/// of the lists.
+/// know nothing of clumps, but for two things: contacts find the clump's mass of a member (ParticleStore), so that
+/// damping and restitution are those of the body that is hit, and pairs of one clump are left out of the lists.
 ///
 /// The sweep takes the sums of forces of members from the ring and leaves their records as they are; after it each
 /// clump gathers force and moment from its members, in their order, and moves (particles/rigid_rotation.hpp), in
@@ -52,8 +51,8 @@ class Clumps {
   std::uint32_t clump_of(std::uint32_t sphere_id) const {
     return sphere_id < of_id_.size() ? of_id_[sphere_id] : kGone;
   }
-  double mass_share(const Sphere& s) const;    ///< kg of the clump that count for this member
-  double volume_share(const Sphere& s) const;  ///< m3
+  double volume_share(const Sphere& s) const;  ///< m3 of the clump that count for this member
+  double mass_at(std::uint32_t clump) const { return shapes_[clumps_[clump].shape].mass; }  ///< kg
 
   // Rebuilds.
   /// Which clumps leave: of whose members one lies below the floor, or is gone. Before the spheres leave.
@@ -73,7 +72,7 @@ class Clumps {
     if (first_.empty()) return {};
     return std::span(places_).subspan(first_[block], first_[block + 1] - first_[block]);
   }
-  bool is_member(std::uint32_t sphere) const { return clump_at_[sphere] != kGone; }
+  std::uint32_t clump_at(std::uint32_t sphere) const { return clump_at_[sphere]; }  ///< by index, of the lists
   Load& load(const Place& p) { return loads_[p.entry]; }
 
   // After it.

@@ -46,7 +46,7 @@ class PlaneRecords {
     if (s.r - distance < -job_.cutoff) return;
     const std::uint32_t at = job_.count++;
     point_[at] = s.x - distance * n;
-    put_contact(job_, at, p.sphere[lane], s, boundary_, n, distance,
+    put_contact(job_, at, p.sphere[lane], s, bed_.particles.mass_at_surface(p.sphere[lane]), boundary_, n, distance,
                 normal_turn(boundary_, own, nullptr, job_.elapsed));
     write_lane(memory(), shape_, at, read_lane(bed_.surfaces.memory(run_, block, shape_), shape_, lane));
     if (job_.count == kBlock) flush();

@@ -110,8 +110,13 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
     fixed.drop_pairs(list, particles.images());
     clumps.find(particles.spheres());
     clumps.drop_pairs(list);
-    const Buffer<std::uint32_t> place =
-        contacts.build(particles.spheres_and_images(), particles.images(), list, grid, laws, skin, threads);
+    particles.find_masses([&](std::uint32_t i) {
+      const std::uint32_t clump = clumps.clump_at(i);
+      // Of a state whose clumps are not there yet: as if it were alone.
+      return clump == kGone ? particles[i].m : clumps.mass_at(clump);
+    });
+    const Buffer<std::uint32_t> place = contacts.build(particles.spheres_and_images(), particles.masses(),
+                                                       particles.images(), list, grid, laws, skin, threads);
     bonds.count.removed += contacts.restore_histories(list, place, new_index, laws, threads);
   }
   surfaces.build(particles, boundaries, laws, skin, threads);

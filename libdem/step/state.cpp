@@ -50,9 +50,7 @@ void archive(Archive& a, const char* name, Losses& lost) {
 }
 
 /// Throws std::invalid_argument for a sphere that the bed's laws do not know.
-Sphere Bed::Impl::record_of(const Sphere& saved) const {
-  Sphere s = saved;
-  s.kind = SphereKind::free, set_kind(s, saved.kind);
+const Sphere& Bed::Impl::checked(const Sphere& s) const {
   if (s.material >= laws.table().materials)
     throw std::invalid_argument("restart: the state has more materials than the scenario");
   return s;
@@ -122,10 +120,8 @@ Bed::State Bed::Impl::state() {
   const auto spheres = d.particles.spheres();
   const auto id = [&](std::uint32_t i) { return spheres[i].id; };
   out.spheres.assign(spheres.begin(), spheres.end());
-  for (Sphere& s : out.spheres) {
-    s.m = own_mass(s);
-    if (!d.region.on()) s.calm = 0;
-  }
+  if (!d.region.on())
+    for (Sphere& s : out.spheres) s.calm = 0;
   for (const PairHistories& part :
        d.contacts.empty() ? d.contacts.waiting() : d.contacts.histories(d.laws, d.threads)) {
     for (const PairHistory& p : part.pairs) out.pairs.push_back({id(p.i), id(p.j), p.state});
@@ -164,7 +160,7 @@ void Bed::insert(const State& part) {
   for (const Sphere& s : part.spheres) {
     if (!index.emplace(s.id, static_cast<std::uint32_t>(d.particles.size())).second)
       throw std::invalid_argument("the bed has a sphere of number " + std::to_string(s.id) + " already");
-    d.particles.restore(d.record_of(s));
+    d.particles.restore(d.checked(s));
   }
   d.take_contacts(part, [&](std::uint32_t id) {
     const auto found = index.find(id);
@@ -182,7 +178,7 @@ void Bed::restore(const State& in) {
   index.reserve(in.spheres.size());
   for (const Sphere& s : in.spheres) {
     index[s.id] = static_cast<std::uint32_t>(d.particles.size());
-    d.particles.restore(d.record_of(s));
+    d.particles.restore(d.checked(s));
   }
   // Histories wait for the first lists, by place of the spheres.
   d.clear_lists();

@@ -95,7 +95,8 @@ class ChunkRun {
   void fill(const Sphere& s, const Vec3& n, double distance, const Vec3& turn, const PairState& state,
             const Lane& lane) {
     const std::uint32_t k = job_.count++;
-    put_contact(job_, k, lane.entry->sphere, s, boundary_, n, distance, turn);
+    put_contact(job_, k, lane.entry->sphere, s, of_.particles.mass_at_surface(lane.entry->sphere), boundary_, n,
+                distance, turn);
     write_lane(memory(), shape(), k, state);
     lane_[k] = lane;
     if (job_.count == kBlock) flush();
@@ -150,10 +151,10 @@ class ChunkRun {
 
 void SurfaceForces::evaluate(SurfaceChunk& chunk) const { ChunkRun(*this, chunk).run(); }
 
-void put_contact(SurfaceJob& job, std::uint32_t lane, std::uint32_t sphere, const Sphere& s, const Boundary& b,
-                 const Vec3& n, double distance, const Vec3& turn) {
+void put_contact(SurfaceJob& job, std::uint32_t lane, std::uint32_t sphere, const Sphere& s, double mass,
+                 const Boundary& b, const Vec3& n, double distance, const Vec3& turn) {
   const Vec3 v = surface_velocity(b, s.x, s.v, n, distance, turn, job.elapsed);
-  job.sphere[lane] = sphere, job.distance[lane] = distance, job.mass[lane] = own_mass(s);
+  job.sphere[lane] = sphere, job.distance[lane] = distance, job.mass[lane] = mass;
   for (int d = 0; d < 3; ++d) {
     job.normal[d][lane] = n[d], job.turn[d][lane] = turn[d];
     job.velocity[d][lane] = v[d], job.angular_velocity[d][lane] = b.angular_velocity[d];
@@ -186,6 +187,7 @@ PlaneJob plane_job(const Boundary& b, const ParticleStore& particles, double ela
   PlaneJob job{};
   job.spheres = particles.spheres().data();
   job.mixed = particles.mixed();
+  if (!particles.is_mixed() && !particles.masses().empty()) job.masses = particles.masses().data();
   job.elapsed = elapsed;
   for (int column = 0; column < 3; ++column) {
     Vec3 axis{};

@@ -22,8 +22,8 @@ struct SurfaceForces {
 };
 
 /// One lane of a job at edges and curved surfaces. @param turn of the normal (surface_motion.hpp)
-void put_contact(SurfaceJob& job, std::uint32_t lane, std::uint32_t sphere, const Sphere& s, const Boundary& b,
-                 const Vec3& n, double distance, const Vec3& turn);
+void put_contact(SurfaceJob& job, std::uint32_t lane, std::uint32_t sphere, const Sphere& s, double mass,
+                 const Boundary& b, const Vec3& n, double distance, const Vec3& turn);
 /// Into the lanes beyond its last contact.
 void repeat_first(SurfaceJob& job);
 /// Of a lane that has been evaluated.

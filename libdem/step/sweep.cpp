@@ -38,6 +38,7 @@ PairJob Bed::Impl::pair_job(const PairRun& run, std::size_t particle_block, cons
   job.record = sample.record, job.accumulate = sample.accumulate;
   job.spheres = particles.spheres().data();
   job.mixed = particles.mixed();
+  if (!run.all_free && !particles.is_mixed()) job.masses = particles.masses().data();
   job.blocks = contacts.blocks.data() + run.first;
   job.shapes = contacts.shapes.data() + run.first;
   job.lines = contacts.lines.data() + run.lines;
@@ -308,7 +309,7 @@ class Sweep {
   void write(std::uint32_t i, const Sum& a, Snapshot& out) const {
     const Sphere s = bed_.particles.now(i);
     // Else contacts alone, and the velocity that a fixed sphere keeps, or that its clump gives it (Clumps::complete).
-    const bool free = !(has_fixed() && is_fixed(s)) && !(has_members() && bed_.clumps.is_member(i));
+    const bool free = s.kind == SphereKind::free;
     const Vec3 force = vector_of(a.f) + (free ? s.m : 0) * bed_.options.gravity, torque = vector_of(a.t);
     const double back = free && bed_.region.moves(own_) ? 0.5 * bed_.now.dt_before : 0;
     const std::size_t k = bed_.particles.slot_of(s);
@@ -358,7 +359,8 @@ class Sweep {
     const Sphere* before = members_.data();
     for (const Clumps::Place& p : bed_.clumps.of_block(own_)) {
       bed_.particles.spheres()[p.sphere] = *before;
-      if (bed_.particles.is_mixed()) bed_.particles.mixed()[p.sphere] = rounded(*before);
+      if (bed_.particles.is_mixed())
+        bed_.particles.mixed()[p.sphere] = rounded(*before, bed_.particles.mass_in_contact(p.sphere));
       ++before;
     }
   }
@@ -374,7 +376,7 @@ class Sweep {
     job.kinetic = job.rotational = job.potential = 0;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
       const Sphere s = bed_.particles.now(i);
-      if (is_fixed(s) || (has_members() && bed_.clumps.is_member(i))) continue;
+      if (s.kind != SphereKind::free) continue;
       at(i, [&](const auto& sum) {
         const Vec3 gain = half * ((1 / s.m) * vector_of(sum.f) + g), turn = (half / inertia(s)) * vector_of(sum.t);
         const Vec3 v = s.v + gain, w = s.w + turn;
@@ -399,7 +401,8 @@ class Sweep {
       const FixedSphere& f = bed_.fixed.entry(p);
       Sphere& s = bed_.particles.spheres()[p.sphere];
       s.x = f.position + dt_ * f.velocity, s.v = f.velocity, s.w = f.angular_velocity;
-      if (bed_.particles.is_mixed()) bed_.particles.mixed()[p.sphere] = rounded(s);
+      if (bed_.particles.is_mixed())
+        bed_.particles.mixed()[p.sphere] = rounded(s, bed_.particles.mass_in_contact(p.sphere));
     }
     job.speed2 = job.squares = 0;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
@@ -415,6 +418,7 @@ class Sweep {
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
+    if (has_fixed()) observe_free(job);
     sums_->frozen += job.kinetic + job.rotational;
     sums_->kinetic = sums_->rotational = sums_->speed2 = sums_->squares = 0;
     sums_->potential = job.potential;
@@ -435,8 +439,9 @@ class Sweep {
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
       const Sphere s = bed_.particles.now(i);
       at(i, [&](const auto& sum) {
-        const Vec3 a = (1 / s.m) * vector_of(sum.f) + bed_.options.gravity,
-                   turn = (s.r / inertia(s)) * vector_of(sum.t);
+        const double yields = is_fixed(s) ? 0 : 1;
+        const Vec3 a = (yields / s.m) * vector_of(sum.f) + bed_.options.gravity,
+                   turn = (yields * s.r / inertia(s)) * vector_of(sum.t);
         all = bed_.region.rests(own_, i, a, turn) && all;
       });
     }

@@ -55,7 +55,7 @@ std::vector<std::string> exchange_warnings(const Loaded& loaded, const World& wo
     const int law = world.laws.of(one.material, material);
     if (law < 0) return false;
     const dem::StiffnessBound of = world.laws.laws[static_cast<std::size_t>(law)]->bound(
-        {.m_eff = one.m, .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
+        {.m_eff = world.bed->mass_of_body(one), .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
     return grows({.stiffness = count * of.k_n, .damping = count * of.c_n, .mass = mass}, dt, steps);
   };
   // The mobility of a body in its machine costs the cube of the coordinates: only of those light enough for all

@@ -68,9 +68,7 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
     table.id.push_back(sphere->id);
     table.radius.push_back(sphere->r);
     const long clump = world_.bed->clump_of(*sphere);
-    // Of a clump's sphere what its share of the mass has in all of its volume.
-    table.density.push_back(clump < 0 ? dem::own_density(*sphere)
-                                      : world_.bed->mass_of(*sphere) / dem::sphere_volume(sphere->r));
+    table.density.push_back(dem::density(*sphere));
     table.material.push_back(sphere->material);
     if (world_.bed->clumps().empty()) continue;
     table.clump.push_back(

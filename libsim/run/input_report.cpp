@@ -69,8 +69,10 @@ void look_at_densities_of_file(const Loaded& loaded, const World& world, Texts& 
     const Material& m = s.materials[k];
     double count = 0, least = std::numeric_limits<double>::infinity(), most = 0;
     for (const dem::Sphere& one : world.bed->spheres()) {
-      const double density = dem::own_density(one);
-      if (one.material != static_cast<int>(k) || std::abs(density / m.density - 1) < rounding) continue;
+      const double density = dem::density(one);
+      if (one.kind == dem::SphereKind::member || one.material != static_cast<int>(k) ||
+          std::abs(density / m.density - 1) < rounding)
+        continue;
       ++count, least = std::min(least, density), most = std::max(most, density);
     }
     if (count == 0) continue;
@@ -192,7 +194,7 @@ void look_at_servos(const Loaded& loaded, const World& world, Texts& out) {
     const int law = world.laws.of(one.material, b.material);
     if (law < 0) continue;
     const dem::StiffnessBound of = world.laws.laws[static_cast<std::size_t>(law)]->bound(
-        {.m_eff = one.m, .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
+        {.m_eff = world.bed->mass_of_body(one), .r_eff = one.r, .r_min = one.r, .speed = world.step.expected_speed});
     const bool plane = std::holds_alternative<dem::Plane>(b.shape);
     const double area = plane ? 0 : shown_area(b, m.servo->along, world.bed->options().periodic);
     const double contacts = plane ? std::pow(static_cast<double>(spheres.size()), 2.0 / 3) : area / (4 * one.r * one.r);

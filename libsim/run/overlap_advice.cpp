@@ -28,12 +28,18 @@ struct Deepest {
   std::string other;
 };
 
+/// m_eff of two spheres, kg: of the bodies that they move, of which a fixed one does not yield.
+double effective_mass(const dem::Sphere& a, const dem::Sphere& b, const dem::Bed& bed) {
+  const double m_a = bed.mass_of_body(a), m_b = bed.mass_of_body(b);
+  return dem::is_fixed(a) ? m_b : dem::is_fixed(b) ? m_a : m_a * m_b / (m_a + m_b);
+}
+
 Deepest deepest_contact(const dem::Sphere& s, const World& world) {
   Deepest out;
   for (const dem::Sphere& p : world.bed->spheres())
     if (const double d = s.r + p.r - dem::norm(s.x - p.x);
         p.id != s.id && d > out.overlap && !(dem::is_fixed(s) && dem::is_fixed(p)))
-      out = {d, s.r * p.r / (s.r + p.r), s.m * p.m / (s.m + p.m), p.material, fmt::format("sphere {}", p.id)};
+      out = {d, s.r * p.r / (s.r + p.r), effective_mass(s, p, *world.bed), p.material, fmt::format("sphere {}", p.id)};
   for (int i = 0; i < world.bed->boundary_count(); ++i) {
     const dem::Boundary& b = world.bed->boundary(i);
     if (!b.active || (dem::is_fixed(s) && !b.meets_fixed)) continue;
@@ -43,7 +49,7 @@ Deepest deepest_contact(const dem::Sphere& s, const World& world) {
     dem::SurfaceContact touch[1];
     if (near.empty() || dem::contacts(b.shape, c, 2 * s.r, near, touch, 1) == 0) continue;
     if (const double d = s.r - touch[0].distance; d > out.overlap)
-      out = {d, s.r, dem::own_mass(s), b.material, "`" + b.name + "`"};
+      out = {d, s.r, world.bed->mass_of_body(s), b.material, "`" + b.name + "`"};
   }
   return out;
 }
@@ -237,7 +243,8 @@ ExpectedOverlap expected_overlap(const World& world, const Scenario& s) {
   for (const dem::Sphere& one : world.bed->spheres())
     if (!dem::is_fixed(one) && (largest == nullptr || one.r > largest->r)) largest = &one;
   if (largest == nullptr) return worst;
-  const double r = largest->r, g = dem::norm(s.gravity), bulk = world.soil.bulk_density;
+  const double r = largest->r, m = world.bed->mass_of_body(*largest), g = dem::norm(s.gravity),
+               bulk = world.soil.bulk_density;
   for (const SurfaceRecord& record : world.surfaces) {
     const dem::Boundary& b = world.bed->boundary(record.boundary);
     if (record.owner == SurfaceRecord::Owner::container || !record.moves || std::holds_alternative<dem::Plane>(b.shape))
@@ -245,10 +252,10 @@ ExpectedOverlap expected_overlap(const World& world, const Scenario& s) {
     const int law = world.laws.of(largest->material, b.material);
     const Ploughing p = deepest_place(record, world, s, world.soil.surface_mean, r);
     if (law < 0 || !(p.depth > 0) || !(p.width > 0)) continue;
-    const Pressed contact(world.laws.laws[static_cast<std::size_t>(law)], r, largest->m);
+    const Pressed contact(world.laws.laws[static_cast<std::size_t>(law)], r, m);
     const double force = tail * pressure(p, bulk, g) * 4 * r * r, most = 2 * r;
     const double overlap =
-        std::max(contact.overlap_under(force, most), contact.overlap_after(0.5 * largest->m * p.speed * p.speed, most));
+        std::max(contact.overlap_under(force, most), contact.overlap_after(0.5 * m * p.speed * p.speed, most));
     if (overlap / r <= worst.share) continue;
     worst = {record.name, overlap / r, std::max(force, contact.force(overlap)), {}};
     const double wanted = contact.force(0.5 * s.limits.overlap * r);

@@ -29,7 +29,7 @@ PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(sc
   if (!world.bed) return;
   double radius = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
-    mass_ += dem::is_fixed(s) ? 0 : world.bed->mass_of(s), radius = std::max(radius, s.r);
+    mass_ += dem::is_fixed(s) ? 0 : s.m, radius = std::max(radius, s.r);
     smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
   }
   weight_times_radius_ = mass_ * dem::norm(scenario.gravity) * radius;

@@ -15,7 +15,7 @@ namespace subsoil::sim {
 namespace {
 
 /// Of arrays and what they hold; a change in either takes the next number.
-constexpr std::int64_t kStateFormat = 5;
+constexpr std::int64_t kStateFormat = 6;
 
 void archive_layers(Archive& a, SoilReport& soil) {
   std::size_t count = soil.layers.size();
@@ -225,7 +225,7 @@ void check_numbers(const SavedRun& saved) {
       !(saved.soil_step >= 0 && saved.soil_step < 1e6))
     refuse_numbers();
   for (const dem::Sphere& s : saved.bed.spheres)
-    if (!(s.r > 0) || !(s.m > 0) || s.id >= 1000000000 || s.kind > dem::SphereKind::fixed)
+    if (!(s.r > 0) || !(s.m > 0) || s.id >= 1000000000 || s.kind > dem::SphereKind::member)
       throw std::runtime_error(
           fmt::format("sphere {} has radius {:.3g} m, mass {:.3g} kg, kind {}; the file is damaged", s.id, s.r, s.m,
                       static_cast<int>(s.kind)));

@@ -72,7 +72,7 @@ std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region)
   for (const dem::Sphere& s : bed.spheres())
     fields.add({.position = bed.options().periodic.wrapped(s.x),
                 .velocity = {},
-                .mass = bed.mass_of(s),
+                .mass = s.m,
                 .volume = bed.volume_of(s),
                 .contacts = s.id < contacts.size() ? contacts[s.id] : 0});
   const GrainFields f = fields.finish();

@@ -601,7 +601,7 @@ dem::StepQuestion SoilBuilder::question() const {
   for (const dem::Sphere& s : world_.bed->spheres()) {
     q.largest_radius = std::max(q.largest_radius, s.r);
     q.smallest_radius = std::min(q.smallest_radius, s.r);
-    if (world_.bed->clump_of(s) < 0) q.density = std::min(q.density, own_density(s));
+    if (s.kind != dem::SphereKind::member) q.density = std::min(q.density, dem::density(s));
   }
   q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
   const auto spheres = world_.bed->spheres();
@@ -715,7 +715,7 @@ void SoilBuilder::save() const {
     table.id.push_back(s.id);
     table.position.push_back(world_.bed->options().periodic.wrapped(s.x));
     table.radius.push_back(s.r);
-    table.density.push_back(own_density(s));
+    table.density.push_back(dem::density(s));
     table.material.push_back(loaded_.scenario.materials[s.material].name);
     table.velocity.push_back(s.v);
     table.spin.push_back(s.w);
@@ -830,8 +830,7 @@ void SoilBuilder::clear_machine() {
   world_.bed->reset_energy_balance();         // what is carved was never of the run
   if (loaded_.scenario.soil->moving) return;  // of which the blocks are said, that come and go
   world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
-  for (const dem::Sphere& s : world_.bed->spheres())
-    world_.soil.mass += dem::is_fixed(s) ? dem::own_mass(s) : world_.bed->mass_of(s);
+  for (const dem::Sphere& s : world_.bed->spheres()) world_.soil.mass += s.m;
 }
 
 /// A solid that takes all spheres away leaves nothing to simulate: nearly always a unit that is wrong.

@@ -152,7 +152,7 @@ Heap heap(const Law& law, int threads = 1, Precision precision = Precision::doub
                      {parts[0], parts[1]});
   add(bed, placer.grains(static_cast<std::size_t>(9 * layers), 0));
   add_bin(bed, 0.08, 0.08);
-  for (const Sphere& s : bed.spheres()) out.mass += bed.mass_of(s);
+  for (const Sphere& s : bed.spheres()) out.mass += s.m;
   return out;
 }
 

@@ -99,7 +99,7 @@ std::vector<Answer> evaluate_pairs(const Kernel& kernel, const Law& law, const s
     write_lane(memory(k), shape, k % kBlock, state_of(c.history));
     if (shape.bonds) write_bond(memory(k), shape, k % kBlock, memory_of(law, c));
   }
-  for (const Sphere& s : spheres) records.push_back(rounded(s));
+  for (const Sphere& s : spheres) records.push_back(rounded(s, s.m));
   std::size_t ring = 1;
   while (ring < spheres.size()) ring *= 2;
   Sums sums(ring);

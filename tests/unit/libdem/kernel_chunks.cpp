@@ -42,7 +42,7 @@ struct Chunk {
         take(spheres[l].x - dice.between(0.0185, 0.0199) * d, dice, l);
       }
     }
-    for (const Sphere& s : spheres) mixed.push_back(rounded(s));
+    for (const Sphere& s : spheres) mixed.push_back(rounded(s, s.m));
   }
   void take(const Vec3& x, Dice& dice, std::uint32_t i) {
     const auto id = static_cast<std::uint32_t>(spheres.size());

@@ -29,7 +29,7 @@ struct Tile {
       s.x = dice.ball(2), s.v = dice.ball(0.5), s.w = dice.ball(40);
       s.r = uniform ? 0.01 : dice.between(0.002, 0.02), s.m = 7500 * s.r * s.r * s.r;
       s.id = 0xFFFFFFF0u + k, s.material = static_cast<std::uint16_t>(k % 3 == 0 ? 0x7FF8 : k);  // no number, or tiny
-      spheres.push_back(s), mixed.push_back(rounded(s));
+      spheres.push_back(s), mixed.push_back(rounded(s, s.m));
       const Vec3 force = dice.ball(3), torque = dice.ball(0.02);
       sums.add((kBegin + k) & (kRing - 1), Four{force.x, force.y, force.z, 0},
                Four{torque.x, torque.y, torque.z, static_cast<double>(k % 12)});
