@@ -214,10 +214,11 @@ template <class P, bool Record>
 }
 
 /// 1 in lanes below `count`, where `first` is the block's lane that the SIMD vector begins with.
-inline VecDMask lanes_below(std::uint32_t count, int first) {
-  double lane[kLanesD];
-  for (int l = 0; l < kLanesD; ++l) lane[l] = first + l;
-  return VecD(static_cast<double>(count)) > load<VecD>(lane);
+template <class P = VecD>
+inline typename P::Mask lanes_below(std::uint32_t count, int first) {
+  typename P::Real lane[P::kLanes];
+  for (int l = 0; l < P::kLanes; ++l) lane[l] = static_cast<typename P::Real>(first + l);
+  return P(static_cast<double>(count)) > load<P>(lane);
 }
 
 }  // namespace SUBSOIL_ISA

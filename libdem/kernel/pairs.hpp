@@ -58,16 +58,23 @@ template <bool Count, class P>
   if constexpr (Count) column(BlockResult::kTouching, select(overlap > P(0.0), P(1.0), P(0.0)));
 }
 
-/// Sets what a block of fewer than eight pairs gives to zero in its other lanes, which have computed a pair again.
-template <class P>
-[[gnu::noinline]] void blank(BlockResult& r, std::uint32_t lanes) {
-  for (int k = 0; k < BlockResult::kColumns; ++k)
-    for (std::uint32_t l = lanes; l < kBlock; ++l) {
+/// Sets what a block of fewer than eight pairs gives to zero in its other lanes, which have computed a pair again. By
+/// whole SIMD vectors: after a narrower store a load of the vector waits until that is in the cache.
+template <class P, bool Count>
+[[gnu::noinline]] void blank(BlockResult& r, std::uint32_t lanes, bool same_torque) {
+  for (int first = 0; first < static_cast<int>(kBlock); first += P::kLanes) {
+    const auto used = lanes_below<P>(lanes, first);
+    const auto blank_column = [&](int k) {
+      typename P::Real* column;
       if constexpr (std::is_same_v<P, VecD>)
-        r.push[k][l] = 0;
+        column = r.push[k] + first;
       else
-        r.push_single[k][l] = 0;
-    }
+        column = r.push_single[k] + first;
+      store(select(used, load<P>(column), P(0.0)), column);
+    };
+    for (int k = 0; k < (same_torque ? 6 : 9); ++k) blank_column(k);
+    if constexpr (Count) blank_column(BlockResult::kTouching);
+  }
 }
 
 /// The law on one SIMD vector; the memory of its contacts is updated. What comes out in lanes that hold no pair must
@@ -253,7 +260,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
       if constexpr (!kMaskedLoads)
         for (int s = 0; s < span; ++s)
           if (const std::uint32_t lanes = job.shapes[which[todo[g * span + s]]].lanes; lanes < kBlock)
-            blank<P>(*out[s], lanes);
+            blank<P, Accumulate>(*out[s], lanes, same_torque);
     }
     if (job.activation != nullptr)
       for (std::uint32_t f = 0; f < fresh; ++f)
