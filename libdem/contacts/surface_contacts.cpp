@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
+#include <variant>
 
 #include "libdem/geometry/world_box.hpp"
 #include "libdem/particles/fixed.hpp"
@@ -16,6 +18,27 @@ struct SurfaceContacts::OnFace {
   std::uint32_t sphere, boundary, law;
   FlatFace face;
 };
+
+namespace {
+
+/// A plane in world axes. Most spheres are far from it, which a dot product shows in place of a rotation.
+struct WorldPlane {
+  Vec3 point, normal;
+
+  static std::optional<WorldPlane> of(const Boundary& b) {
+    const auto* plane = std::get_if<Plane>(&b.shape);
+    if (plane == nullptr) return std::nullopt;
+    return WorldPlane{b.pose.to_world(plane->point()), b.pose.attitude.rotate(plane->normal())};
+  }
+  /// By more than what roundings may change: what the plane in its own axes would take is never lost.
+  bool is_beyond(const Vec3& x, double near) const {
+    const Vec3 d = x - point;
+    const double size = std::abs(x.x) + std::abs(x.y) + std::abs(x.z) + std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+    return dot(d, normal) > near + 1e-12 * size;
+  }
+};
+
+}  // namespace
 
 /// What one thread found near one boundary.
 struct SurfaceContacts::Found {
@@ -45,6 +68,7 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
                              const ContactLaws& laws, double skin, std::vector<Found>& found,
                              std::vector<OnFace>& faces) {
   const Bounds box = bounds(boundary.shape), in_world = world_box(box, boundary.pose);
+  const std::optional<WorldPlane> plane = WorldPlane::of(boundary);
   const std::size_t count = particles.size(), first = entries.size(), parts = found.size();
   const int threads = static_cast<int>(parts);
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
@@ -59,7 +83,7 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
       const bool held = is_fixed(s);
       if (law < 0 || (held && !boundary.meets_fixed)) continue;
       const double near = s.r + laws.surface_cutoff(static_cast<std::uint32_t>(law)) + skin;
-      if (in_world.distance_squared(s.x) > near * near) continue;
+      if (plane ? plane->is_beyond(s.x, near) : in_world.distance_squared(s.x) > near * near) continue;
       const Vec3 c = boundary.pose.to_local(s.x);
       if (box.distance_squared(c) > near * near) continue;
       const std::size_t before = mine.candidates.size();
