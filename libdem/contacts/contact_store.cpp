@@ -16,14 +16,33 @@ struct Streams {
   const PeriodicImages& images;
 };
 
+/// Memory of the blocks of a run. BlockMemory::at counts the fields of the shape, here once in place of once a contact.
+class RunMemory {
+ public:
+  RunMemory(Line* lines, const PairRun& run, const MemoryShape& shape)
+      : first_(BlockMemory::at(lines + run.lines, run.blocks, shape, 0)),
+        state_bytes_(shape.state_bytes()),
+        diagnostic_bytes_(shape.diagnostic_bytes()) {}
+
+  BlockMemory block(std::size_t block) const {
+    BlockMemory out = first_;
+    out.states += state_bytes_ * block, out.diagnostics += diagnostic_bytes_ * block;
+    return out;
+  }
+
+ private:
+  BlockMemory first_;
+  std::size_t state_bytes_, diagnostic_bytes_;
+};
+
 /// use_pair(PairHistory), use_bond(BondHistory) for all lanes of a run that have one; of an image its sphere.
 template <class UsePair, class UseBond>
 void each_history(const PairRun& run, const Streams& in, const MemoryShape& shape, const UsePair& use_pair,
                   const UseBond& use_bond) {
-  auto* const first = const_cast<Line*>(in.lines.data()) + run.lines;
+  const RunMemory all(const_cast<Line*>(in.lines.data()), run, shape);
   for (std::uint32_t block = 0; block < run.blocks; ++block) {
     const PairBlock& b = in.blocks[run.first + block];
-    const BlockMemory memory = BlockMemory::at(first, run.blocks, shape, block);
+    const BlockMemory memory = all.block(block);
     for (std::uint32_t lane = 0; lane < in.shapes[run.first + block].lanes; ++lane) {
       const std::uint32_t j = in.images.sphere(b.j[lane]);
       if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], j, s});
@@ -36,12 +55,15 @@ void each_history(const PairRun& run, const Streams& in, const MemoryShape& shap
 /// Puts one history after the other to its pair, wherever that lies now.
 class HistoryWriter {
  public:
-  HistoryWriter(const ContactStore& store, const NeighbourList& list, const Buffer<std::uint32_t>& place,
+  HistoryWriter(ContactStore& store, const NeighbourList& list, const Buffer<std::uint32_t>& place,
                 const std::vector<std::uint32_t>& new_index, const ContactLaws& laws)
       : store_(store), list_(list), place_(place), new_index_(new_index), laws_(laws) {
     run_of_.renew(store.blocks.size());
-    for (std::uint32_t r = 0; r < store.runs.size(); ++r)
-      std::fill_n(run_of_.data() + store.runs[r].first, store.runs[r].blocks, r);
+    for (std::uint32_t r = 0; r < store.runs.size(); ++r) {
+      const PairRun& run = store.runs[r];
+      std::fill_n(run_of_.data() + run.first, run.blocks, r);
+      memory_.emplace_back(store.lines.data(), run, laws.pair_memory(run.law));
+    }
   }
 
   void put(const PairHistory& was) const { put(was, true, write_lane); }
@@ -59,7 +81,7 @@ class HistoryWriter {
       const PairRun& run = store_.runs[run_of_[block]];
       const MemoryShape& shape = laws_.pair_memory(run.law);
       if (!in_any_law && !shape.bonds) return false;
-      write(store_.memory(run, block - run.first, shape), shape, place_[p] % kBlock,
+      write(memory_[run_of_[block]].block(block - run.first), shape, place_[p] % kBlock,
             turned_over ? was.state.turned_over() : was.state);
       return true;
     };
@@ -82,7 +104,8 @@ class HistoryWriter {
   const Buffer<std::uint32_t>& place_;
   const std::vector<std::uint32_t>& new_index_;
   const ContactLaws& laws_;
-  Buffer<std::uint32_t> run_of_;  ///< by block
+  Buffer<std::uint32_t> run_of_;   ///< by block
+  std::vector<RunMemory> memory_;  ///< by run
 };
 
 }  // namespace
