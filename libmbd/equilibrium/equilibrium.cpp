@@ -141,7 +141,7 @@ class Balance {
     const std::vector<char> held = system_.towed_spins();
     const double step = 1e-4 * system_.length_scale();
     for (Eigen::Index j = 2; j < n_; j += 3) {
-      if (jacobian.col(j).cwiseAbs().maxCoeff() > 1e-12) continue;
+      if (jacobian.rows() > 0 && jacobian.col(j).cwiseAbs().maxCoeff() > 1e-12) continue;
       Equilibrium turned = u;
       turned.q[j] += step / columns_[j];
       if ((at(turned) - r).cwiseAbs().maxCoeff() > 1e-9 * std::max(1.0, r.cwiseAbs().maxCoeff())) continue;

@@ -134,8 +134,17 @@ MatrixXd split_zeros(const MatrixXd& a) {
   return 2 * std::numeric_limits<double>::epsilon() * a.norm() * change;
 }
 
-/// How many columns of `z`, which are units or 0, are independent, to 1e-4: eigenvectors of a zero that rounding has
-/// split differ by the root of it.
+/// Each row over its largest entry, so that a stiff state, small beside a coordinate, counts as much as that. Rows
+/// below 1e-6 are rounding: eigenvectors of a zero that rounding has split differ by the root of it.
+MatrixXd rows_of_unit_size(MatrixXd z) {
+  for (Eigen::Index i = 0; i < z.rows() && z.cols() > 0; ++i) {
+    const double largest = z.row(i).cwiseAbs().maxCoeff();
+    z.row(i) *= largest > 1e-6 ? 1 / largest : 0;
+  }
+  return z;
+}
+
+/// How many columns of `z` are independent, to 1e-4 for the same reason.
 Eigen::Index rank_of(const MatrixXd& z) {
   if (z.cols() == 0 || z.rows() == 0) return 0;
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(z);
@@ -180,6 +189,7 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     const Eigen::VectorXcd y = left.row(zeros[k]).transpose().normalized();
     kept.col(2 * static_cast<Eigen::Index>(k)) = y.real(), kept.col(2 * static_cast<Eigen::Index>(k) + 1) = y.imag();
   }
+  kept = rows_of_unit_size(std::move(kept));
   const auto free = rank_of(kept) - rank_of(kept.bottomRows(a.rows() - 2 * f));
   found.insert(found.begin(), static_cast<std::size_t>(std::max<Eigen::Index>(free, 0)), Mode{});
   std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });

@@ -68,6 +68,7 @@ TEST(Cylinder, NaturalFrequencyIsThatOfTheOil) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found[0].frequency, omega / (2 * pi), 1e-7 * omega);
   EXPECT_NEAR(found[0].damping, 0, 1e-7);
+  EXPECT_EQ(stability(found).kind, Stability::stable);
 }
 
 // The same over time: 1 mm/s swings by 1e-3/omega, and volumes change by 1e-4 of themselves.

@@ -179,6 +179,19 @@ TEST(StaticEquilibrium, ABalancedWheelIsNeutral) {
   EXPECT_EQ(report.neutral, 1);
 }
 
+// Without joints and drivers every body has the towing speed, and stays where it is.
+TEST(StaticEquilibrium, OfAMachineWithoutConstraintsInTow) {
+  Model m;
+  m.gravity = {0, 0};
+  const int body = m.add({.name = "body", .mass = 2, .inertia = 0.1, .pose = {0.1, 0.2, 0.3}});
+  Machine machine(m);
+  machine.start_from_towing_equilibrium(0.7);
+  EXPECT_EQ(machine.body(body).v.x, 0.7);
+  EXPECT_EQ(machine.body(body).v.y, 0);
+  EXPECT_EQ(machine.body(body).omega, 0);
+  EXPECT_EQ(machine.body(body).r.y, 0.2);
+}
+
 TEST(StaticEquilibrium, RefusesADriverThatMoves) {
   Machine machine(driven_slider_crank(3));
   const std::string text = message_of([&] { machine.start_from_towing_equilibrium(0); });
