@@ -42,7 +42,9 @@ Stepper::Stepper(const Loaded& loaded, World world, const SavedRun* saved)
 bool Stepper::advance(std::span<StepObserver* const> observers) {
   refresh_machine();
   for (StepObserver* o : observers) o->at_instant();
-  const bool window_advanced = world_.moving && world_.moving->follow(*world_.bed, simulation_);
+  // At the end of the run no step follows that would want the next block: the last row and the summary agree.
+  const bool ends = std::abs(simulation_.time() - loaded_.scenario.time.end) <= close();
+  const bool window_advanced = !ends && world_.moving && world_.moving->follow(*world_.bed, simulation_);
   const bool poured = pour();
   StepRequest request;
   for (StepObserver* o : observers) o->before_step(window_advanced || poured, request);

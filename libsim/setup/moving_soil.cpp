@@ -78,9 +78,8 @@ std::vector<int> same_walls(const World& block, const World& window) {
 
 /// Spheres and mass are those in the window; what says how dense the bed is and how deep is of the period.
 void report_window(World& world, const World& block) {
-  const FreeSoil free = free_soil(*world.bed);
   world.soil = block.soil;
-  world.soil.spheres = free.spheres, world.soil.mass = free.mass;
+  count_window(world);
 }
 
 }  // namespace
@@ -90,6 +89,11 @@ FreeSoil free_soil(const dem::Bed& bed) {
   for (const dem::Sphere& s : bed.spheres())
     if (!dem::is_fixed(s)) ++out.spheres, out.mass += s.m;
   return out;
+}
+
+void count_window(World& world) {
+  const FreeSoil free = free_soil(*world.bed);
+  world.soil.spheres = free.spheres, world.soil.mass = free.mass;
 }
 
 double MovingSoil::x_of_followed(const coupling::Simulation& simulation) const {

@@ -30,6 +30,8 @@ struct FreeSoil {
   double mass = 0;  ///< kg
 };
 FreeSoil free_soil(const dem::Bed& bed);
+/// Spheres and mass of the report: those in the window.
+void count_window(World& world);
 
 /// Walls and spheres of a moving bed: one block is made, periodic along x, in a bed of its own, and copied.
 /// @param bed options of the world's bed

@@ -415,6 +415,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     } else {
       if (moving) find_followed(world, loaded);
       if (options.place_soil) soil.clear_machine();
+      if (moving && world.soil.carved > 0) count_window(world);
       soil.check_wheel_datum();
       if (s.soil && s.soil->active)
         world.bed->set_active(dem::ActiveRule{s.soil->active->within, s.soil->active->below.value_or(0)});
