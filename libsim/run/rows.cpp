@@ -1,15 +1,35 @@
 #include "libsim/run/rows.hpp"
 
 #include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "libsim/run/columns.hpp"
 
 namespace subsoil::sim {
+namespace {
+
+/// Whole numbers, which have no value between two instants: states of joints and friction, counts of contacts and
+/// bonds.
+bool is_held(const SeriesColumn& c) {
+  constexpr std::array<std::string_view, 3> suffixes{".open", ".sticking", ".contacts"};
+  return c.unit == "1" && (c.name.starts_with("soil.") ||
+                           std::any_of(suffixes.begin(), suffixes.end(), [&](auto s) { return c.name.ends_with(s); }));
+}
+
+}  // namespace
 
 Rows::Rows(const Columns& columns, SeriesWriter& series, double close)
     : columns_(columns), series_(series), close_(close), means_(columns.list().size()) {
   last_.assign(columns.list().size(), 0.0);
+  for (const SeriesColumn& c : columns.list()) held_.push_back(is_held(c));
+}
+
+double Rows::between(std::size_t column, double before, double now, double share) const {
+  if (held_[column]) return share > 0.5 ? before : now;
+  return share * before + (1 - share) * now;
 }
 
 void Rows::begin_instant(double t, std::span<const double> values, bool jumps) {
@@ -28,7 +48,7 @@ void Rows::add(double t) {
   const double w = share_before(before_, now_, t);
   for (std::size_t c = 0; c < row.values.size(); ++c) {
     const double share = jumps_ && columns_.is_sum(c) ? 1 : w;
-    row.values[c] = share * before_.values[c] + (1 - share) * now_.values[c];
+    row.values[c] = between(c, before_.values[c], now_.values[c], share);
   }
   if (w == 0) row.values = now_.values;  // what is not finite too
   row.values[0] = t;
@@ -52,7 +72,7 @@ void Rows::end_instant(bool machine_stands) {
       const double w = share_before(machine_before_, machine_now_, row.t);
       for (const std::size_t c : columns_.of_machine_instant())
         row.values[c] =
-            w > 0 ? w * machine_before_.values[c] + (1 - w) * machine_now_.values[c] : machine_now_.values[c];
+            w > 0 ? between(c, machine_before_.values[c], machine_now_.values[c], w) : machine_now_.values[c];
       columns_.take_watches(row.values);
       series_.write(row.values);
     }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -14,7 +15,8 @@ class Columns;
 /// of second order in the step, as the leapfrog is: the error of a smooth column is up to y'' dt^2/8. Columns of means
 /// hold what acts in the step that begins at t_n until t_{n+1}, as the coupling does, and are cut at the row. The
 /// machine's columns are known where its windows end: rows inside a window wait for that. Sums over all spheres that
-/// jump at t_n, where a block of soil enters and another leaves, are before it those of t_{n-1}.
+/// jump at t_n, where a block of soil enters and another leaves, are before it those of t_{n-1}. Counts and what is
+/// open or sticks are those of the nearer instant.
 class Rows {
  public:
   Rows(const Columns& columns, SeriesWriter& series, double close);
@@ -38,6 +40,7 @@ class Rows {
     void archive(Archive& a) { a("t", t)("values", values); }
   };
   double share_before(const Point& before, const Point& now, double t) const;
+  double between(std::size_t column, double before, double now, double share) const;
 
   const Columns& columns_;
   SeriesWriter& series_;
@@ -49,6 +52,7 @@ class Rows {
   bool begun_ = false;
   bool jumps_ = false;  ///< at the instant now
   std::vector<double> last_;
+  std::vector<char> held_;  ///< columns of whole numbers
 };
 
 }  // namespace subsoil::sim
