@@ -106,6 +106,11 @@ void look_at_carved(const Loaded& loaded, const World& world, Texts& out) {
         fmt::format("{}: {:.0f} of {:.0f} spheres lay inside tools or boundaries and were removed: are their sizes and "
                     "places right?",
                     loaded.where("soil.bed.inside machine"), taken, taken + left));
+  if (world.soil.unsettled_inside > 0)
+    out.push_back(
+        fmt::format("{}: {} spheres of the bed as it is poured lie where a tool or boundary stands; settled it lies "
+                    "lower, and the run is refused if any still does",
+                    loaded.where("soil.bed"), world.soil.unsettled_inside));
 }
 
 /// Outlines, which are drawn and may touch each other, against the soil beside them.
@@ -342,6 +347,22 @@ void look_at_start(const World& world, Texts& out) {
   }
 }
 
+/// Events at the force in a joint that shares its load with others: which share it has no constraint says.
+void look_at_shared_events(const Loaded& loaded, const World& world, Texts& out) {
+  if (!world.machine) return;
+  for (const JointEventSection& e : loaded.scenario.machine->events) {
+    const std::string& joint = e.opens.empty() ? e.closes : e.opens;
+    for (const std::string& group : world.machine->assembly().redundant)
+      if (e.reaction_above && group.find("'" + joint + "'") != std::string::npos) {
+        out.push_back(
+            fmt::format("{}: {}, so the force in '{}' is not determined: the event sees the share of minimum "
+                        "norm. Free the constraint that is too many, or open at a measure",
+                        loaded.where("machine.events." + e.name + ".reaction above"), group, joint));
+        break;
+      }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -350,6 +371,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_meshes(loaded.scenario, out);
   look_at_friction(world, out);
   look_at_start(world, out);
+  look_at_shared_events(loaded, world, out);
   if (!world.bed) return out;
   look_at_densities(loaded, out);
   look_at_densities_of_file(loaded, world, out);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -360,6 +361,7 @@ void SoilBuilder::place() {
   add_shapes();
   if (!options_.place_soil) world_.bed->add(options_.restored);
   if (!has_bed() || !options_.place_soil) return;
+  refuse_save_folder();
   try {
     place_made();
   } catch (const ScenarioError&) {
@@ -367,6 +369,14 @@ void SoilBuilder::place() {
   } catch (const std::exception& error) {
     throw ScenarioError(loaded_.where("soil.bed") + ": " + error.what());
   }
+}
+
+/// Before the bed settles, which may take minutes.
+void SoilBuilder::refuse_save_folder() const {
+  const std::filesystem::path folder = std::filesystem::path(bed().save).parent_path();
+  if (!bed().save.empty() && !folder.empty() && !std::filesystem::is_directory(folder))
+    throw ScenarioError(fmt::format("{} = {}: there is no folder {}; make it, or save the bed elsewhere",
+                                    loaded_.where("soil.bed.save"), bed().save, folder.string()));
 }
 
 /// Spheres are numbered in the order of the file, from 0.
@@ -594,6 +604,7 @@ void SoilBuilder::place_stand_in() {
   world_.bed->add(spheres);
 }
 
+bool SoilBuilder::is_loose() const { return settles() && !options_.settle; }
 bool SoilBuilder::settles() const { return has_bed() && options_.place_soil && bed().settles(); }
 
 dem::StepQuestion SoilBuilder::question() const {
@@ -731,7 +742,12 @@ std::optional<double> SoilBuilder::datum() const {
 
 void SoilBuilder::fix_rough_floor() {
   const double below = loaded_.scenario.soil->container->at.y + *bed().rough_floor;
-  if (world_.bed->fix_if([&](const dem::Sphere& s) { return s.x.y < below; }) == 0)
+  const std::size_t fixed = world_.bed->fix_if([&](const dem::Sphere& s) { return s.x.y < below; });
+  if (fixed == world_.bed->spheres().size())
+    throw ScenarioError(
+        fmt::format("{} = {:.4g} m: fixes all {} spheres, so that nothing moves; a radius and more takes the lowest",
+                    loaded_.where("soil.bed.rough floor"), *bed().rough_floor, fixed));
+  if (fixed == 0)
     throw ScenarioError(
         fmt::format("{} = {:.4g} m: no sphere has its centre so low; a radius and more takes the lowest",
                     loaded_.where("soil.bed.rough floor"), *bed().rough_floor));
@@ -810,12 +826,17 @@ void SoilBuilder::clear_given() {
     const auto spheres = world_.bed->spheres();
     const auto first = std::find_if(spheres.begin(), spheres.end(), inside);
     if (first == spheres.end()) continue;
-    if (bed().inside_machine == Overlap::refuse)
+    if (bed().inside_machine == Overlap::refuse) {
+      if (is_loose()) {
+        world_.soil.unsettled_inside += static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), inside));
+        continue;
+      }
       throw ScenarioError(fmt::format(
           "{}: {} spheres (first: {}) lie inside `{}` at the start; start it outside the soil, or say `inside "
           "machine: carve`{}",
           loaded_.where("soil.bed"), std::count_if(spheres.begin(), spheres.end(), inside), first->id, r.name,
           unit_guess(b, spheres)));
+    }
     const int solid[] = {r.boundary};
     world_.soil.carved += r.moves ? dem::carve(*world_.bed, solid) : world_.bed->remove_if(inside);
   }
@@ -828,7 +849,7 @@ void SoilBuilder::clear_machine() {
   if (world_.soil.carved == 0) return;
   if (world_.bed->spheres().empty()) refuse_empty(soil);
   world_.bed->reset_energy_balance();         // what is carved was never of the run
-  if (loaded_.scenario.soil->moving) return;  // of which the blocks are said, that come and go
+  if (loaded_.scenario.soil->moving) return;  // count_window()
   world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
   for (const dem::Sphere& s : world_.bed->spheres()) world_.soil.mass += s.m;
 }
@@ -861,6 +882,10 @@ void SoilBuilder::remove_in_the_way() {
   }
   const std::vector<std::uint32_t> in_the_way = dem::spheres_in_the_way(*world_.bed, tools);
   if (in_the_way.empty()) return;
+  if (is_loose()) {
+    world_.soil.unsettled_inside += in_the_way.size();
+    return;
+  }
   std::string guess;
   for (const int tool : tools)
     if (guess.empty()) guess = unit_guess(world_.bed->boundary(tool), world_.bed->spheres());

@@ -22,6 +22,8 @@ class SoilBuilder {
   /// Container walls alone, where they stand when the run begins.
   void place_walls();
   bool settles() const;
+  /// Whether the bed stands as it was poured, above where it will lie: `check` and pictures do not settle it.
+  bool is_loose() const;
   void settle(double step);
   /// Report, shift to the datum, saved bed, opened walls.
   void finish();
@@ -80,6 +82,7 @@ class SoilBuilder {
   void save() const;
   std::optional<double> datum() const;
   [[noreturn]] void refuse_empty(const dem::Bounds& soil) const;
+  void refuse_save_folder() const;
   void fix_rough_floor();
 
   World& world_;

@@ -198,7 +198,10 @@ class AxisList {
     if (s_.time.coupling == CouplingWord::iterated)
       absent("iterated coupling", "machine and soil agree in each step already");
     else
-      out_.axes.push_back({"iterated coupling", "machine and soil agree in each step", {"time.coupling=iterated"}});
+      out_.axes.push_back({.name = "iterated coupling",
+                           .change = "machine and soil agree in each step",
+                           .sets = {"time.coupling=iterated"},
+                           .steps = 3});  // a step is taken again until they agree: twice to three times
   }
 
   const Loaded& loaded_;
