@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
+
 #include "apps/commands/command_pages.hpp"
 #include "libsim/document/quantity.hpp"
 
@@ -15,6 +17,20 @@ double value_of(const char* flag, const std::string& text, const char* unit) {
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(fmt::format("{} {}: {}", flag, text, error.what()));
   }
+}
+
+double stress_of(const char* flag, const std::string& text) {
+  const double value = value_of(flag, text, "Pa");
+  if (!(value >= 0)) throw std::invalid_argument(fmt::format("{} {}: must not be negative", flag, text));
+  return value;
+}
+
+/// Of a slope that a soil or a surface can have.
+double friction_angle_of(const char* flag, const std::string& text) {
+  const double value = value_of(flag, text, "rad");
+  if (!(value >= 0 && value < 0.5 * std::numbers::pi))
+    throw std::invalid_argument(fmt::format("{} {}: must be from 0 to below 90 deg", flag, text));
+  return value;
 }
 
 }  // namespace
@@ -53,16 +69,16 @@ int report_command(const ReportWords& words) {
     throw std::invalid_argument("--cohesion and --friction-angle belong together; give both, or --shear FOLDER");
   if (!words.shear.empty()) request.soil = read_strength(words.shear);
   if (!words.cohesion.empty())
-    request.soil = SoilStrength{.cohesion = value_of("--cohesion", words.cohesion, "Pa"),
-                                .friction = value_of("--friction-angle", words.friction, "rad"),
+    request.soil = SoilStrength{.cohesion = stress_of("--cohesion", words.cohesion),
+                                .friction = friction_angle_of("--friction-angle", words.friction),
                                 .wall_friction = {}};
   if (!request.soil && !(words.wall_friction.empty() && words.adhesion.empty()))
     throw std::invalid_argument(
         "--wall-friction and --adhesion need the soil's strength; give --shear FOLDER, or --cohesion and "
         "--friction-angle");
   if (!words.wall_friction.empty())
-    request.soil->wall_friction = value_of("--wall-friction", words.wall_friction, "rad");
-  if (!words.adhesion.empty()) request.soil->adhesion = value_of("--adhesion", words.adhesion, "Pa");
+    request.soil->wall_friction = friction_angle_of("--wall-friction", words.wall_friction);
+  if (!words.adhesion.empty()) request.soil->adhesion = stress_of("--adhesion", words.adhesion);
   write_report(request);
   fmt::print("{}\n", request.out.string());
   return exit_ok;

@@ -68,9 +68,16 @@ double HarmonicFunction::double_integral(double t) const {
   return mean * t * t / 2 + amplitude * swing / omega;
 }
 
+void Function::check_share(const char* key) const {
+  const auto* constant = get_if<ConstantFunction>();
+  if (constant != nullptr && !(std::abs(constant->value_) <= 1))
+    throw std::invalid_argument(std::string(key) + " must be from -1 to 1");
+}
+
 void RampFunction::check() const {
   if (!(end > begin))
     throw std::invalid_argument("ramp function: its end must come after its begin; for a jump use a short ramp");
+  if (from == to) throw std::invalid_argument("ramp function: has no effect, `from` and `to` are equal; give `to`");
 }
 double RampFunction::value(double t) const {
   const double x = std::clamp((t - begin) / (end - begin), 0.0, 1.0);

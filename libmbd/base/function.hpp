@@ -201,6 +201,10 @@ class Function {
     return std::get_if<Kind>(&kind_);
   }
 
+  /// Throws std::invalid_argument for a constant beyond -1 or 1: such a value is a mistake. A function of time beyond
+  /// the bounds saturates in its user, as a controller's output does.
+  void check_share(const char* key) const;
+
   double value(double t) const;
   double first(double t) const;
   double second(double t) const;

@@ -10,7 +10,7 @@ void PidController::check() const {
   const auto refuse = [](const char* text) { throw std::invalid_argument(text); };
   if (derivative != 0 && !sampled() && !(filter_time > 0))
     refuse("a derivative gain needs a filter time above 0: a tenth of K_d/K_p is usual");
-  if (least >= largest) refuse("least must be below largest");
+  if (least >= largest) refuse("minimum must be below maximum");
   if (delay > 0 && !sampled()) refuse("a delay needs a sample time: it is from a sample to its output");
   if (integral != 0 && saturates() && !(tracking() > 0))
     refuse("an output with bounds and integral gain needs a tracking time above 0 where K_p/K_i is not");

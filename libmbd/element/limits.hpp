@@ -24,9 +24,9 @@ struct Limits {
   void check() const {
     law.check();
     if (std::isnan(least) && std::isnan(largest))
-      throw std::invalid_argument("needs a stop: give least, largest or both");
+      throw std::invalid_argument("needs a stop: give minimum, maximum or both");
     if (least >= largest)
-      throw std::invalid_argument("least must be below largest; for a fixed value use a joint or a driver");
+      throw std::invalid_argument("minimum must be below maximum; for a fixed value use a joint or a driver");
   }
 
   /// Room to the nearer stop, negative in contact.

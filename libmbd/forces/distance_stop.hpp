@@ -30,7 +30,7 @@ struct DistanceStop {
 
   void check() const {
     limits.check();
-    if (limits.largest <= 0) throw std::invalid_argument("largest must be above 0; for a common point use a joint");
+    if (limits.largest <= 0) throw std::invalid_argument("maximum must be above 0; for a common point use a joint");
   }
 
   double gap(const Scene& scene) const { return limits.gap(line(scene).length); }

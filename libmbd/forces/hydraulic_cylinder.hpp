@@ -62,8 +62,8 @@ struct HydraulicCylinder {
     v.quantity("tank pressure", tank, "Pa", "[0, inf)",
                "of the return line, to which the rod side is open with a given flow");
     v.optional_function("valve", valve, "1",
-                        "opening of the valve in [-1, 1], above 0 extends; the controller's output is added; left out "
-                        "without a controller: a given flow");
+                        "opening of the valve from -1 to 1, above 0 extends; the controller's output is added, and the "
+                        "sum is limited to that range; left out without a controller: a given flow");
     v.text("controller", controller, "name of the controller that moves the valve; left out: none");
     v.optional_function("flow given", flow, "m^3/s",
                         "flow into the cap side in place of valve and supply; the rod side is open to the tank");
@@ -92,6 +92,7 @@ struct HydraulicCylinder {
       refuse("bore, closed length and stroke must be given, bore, stroke and bulk modulus above 0");
     if (!(rod >= 0 && rod < bore)) refuse("the rod must be thinner than the bore");
     if (flow.is_set() == has_valve()) refuse("needs either `flow given`, or `valve` or `controller`");
+    valve.check_share("valve");
     if (has_valve() && !(supply > tank && rated_flow > 0))
       refuse("a valve needs its rated flow and a supply pressure above the tank's");
     if (flow.is_set() && start_b >= 0)

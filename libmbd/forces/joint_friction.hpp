@@ -63,7 +63,10 @@ struct JointFriction {
     v.card("joint friction", "Stribeck friction in a pin or slide, from the joint's reaction");
     v.joint("joint friction", joint, "the revolute or translational joint that it acts in");
     v.optional_quantity("radius", radius, "m", "(0, inf)", "radius of the pin, for a revolute joint");
-    v.optional_quantity("guide", guide, "m", "(0, inf)", "length of the guide, for a translational joint");
+    v.optional_quantity(
+        "guide", guide, "m", "(0, inf)",
+        "length of the guide, for a translational joint; its middle is the joint's point, which travels "
+        "with the second body, so that this point decides the normal forces");
     v.quantity("mu_s", mu_s, "1", "[0, inf)", "coefficient of friction near rest");
     v.quantity("mu_k", mu_k, "1", "[0, inf)", "coefficient of friction in fast sliding, at most mu_s");
     v.quantity("Stribeck speed", stribeck_speed, "m/s", "(0, inf)", "speed over which it falls from mu_s to mu_k");

@@ -36,13 +36,14 @@ struct TorqueSpeedMotor {
                               "torque of the shaft over its speed; needed; constant beyond a table's ends");
     v.quantity("gear ratio", ratio, "1", "(0, inf)", "turns of the shaft per turn of the output");
     v.optional_function("share", share, "1",
-                        "of the torque, from -1 to 1; the controller's output is added; left out without a "
-                        "controller: 1");
+                        "of the torque, from -1 to 1; the controller's output is added, and the sum is limited to that "
+                        "range; left out without a controller: 1");
     v.text("controller", controller, "name of the controller that gives the share; left out: none");
   }
 
   void check() const {
     if (!curve.is_set()) throw std::invalid_argument("needs a torque curve");
+    share.check_share("share");
     if (!(ratio > 0)) throw std::invalid_argument("the gear ratio must be above 0");
   }
 

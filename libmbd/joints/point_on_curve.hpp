@@ -35,7 +35,8 @@ struct PointOnCurve {
              "the body with the curve and the body with the point; the reaction is reported on the first");
     v.point("at", body_b, p_b, "the point of the second body; left out: its centre of gravity");
     v.outline("curve", points,
-              "points `x y` of the curve in the first body's own axes (of the ground: the world's), or a CSV file of "
+              "three or more points `x y` of the curve in the first body's own axes (of the ground: the world's), or a "
+              "CSV file of "
               "them whose header names the unit; a cubic spline through them");
     v.flag("closed", closed,
            "yes: from its last point the curve continues to its first; no: straight on beyond its ends");

@@ -25,7 +25,8 @@ struct Translational {
     v.card("translational", "a slide: the second body moves along a line of the first and does not turn against it");
     v.bodies("translational", body_a, body_b,
              "the two bodies that slide on each other; the reaction is reported on the first");
-    v.joint_point(body_a, p_a, body_b, p_b, "a point of the line");
+    v.joint_point(body_a, p_a, body_b, p_b,
+                  "a point of the line; it travels with the second body, and a guide with friction is centred at it");
     v.axis("along", body_a, angle_a, "direction of the line in the start pose");
   }
 

@@ -75,7 +75,7 @@ std::string script_of(const Furrow& f, const std::string& name, const std::strin
 
 void draw_furrow(const std::filesystem::path& run, const std::filesystem::path& out) {
   const Disturbance d = disturbance_of(run);
-  if (!d.furrow) throw std::runtime_error(run.string() + ": no furrow: " + d.why);
+  if (!d.furrow) throw std::invalid_argument(run.string() + ": no furrow: " + d.why);
   const auto whole = std::filesystem::absolute(run).lexically_normal();
   const std::string name = (whole.has_filename() ? whole : whole.parent_path()).filename().string();
   run_gnuplot(script_of(*d.furrow, name, out.extension().string()), out);

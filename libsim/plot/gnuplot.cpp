@@ -43,7 +43,7 @@ std::string gnuplot_terminal(const std::string& suffix, int width, int height) {
   if (suffix == ".pdf")
     return fmt::format("set terminal pdfcairo noenhanced rounded size {:.2f},{:.2f} font 'DejaVu Sans,11'\n",
                        width / 100.0, height / 100.0);
-  throw std::runtime_error("plot file: its suffix must be .png, .svg or .pdf, not '" + suffix + "'");
+  throw std::invalid_argument("plot file: its suffix must be .png, .svg or .pdf, not '" + suffix + "'");
 }
 
 void run_gnuplot(std::string script, const std::filesystem::path& out, bool durable) {

@@ -81,11 +81,11 @@ std::string name_of_run(const std::filesystem::path& run) {
 /// Pictures of the frames that hold soil; false where there is none, as of machines alone.
 bool draw_soil(const std::filesystem::path& run, const MovieOptions& options, PictureFolder& pictures) {
   if (!std::filesystem::exists(run / "run.h5"))
-    throw std::runtime_error(run.string() + " holds no run.h5: is it the result directory of a run with frames?");
+    throw std::invalid_argument(run.string() + " holds no run.h5: is it the result directory of a run with frames?");
   const FramesFile file(run / "run.h5");
   if (file.particles() == 0) return false;
   if (file.times().size() < 2)
-    throw std::runtime_error(
+    throw std::invalid_argument(
         fmt::format("{} holds {} frame, a film needs two: run with `output: {{frames every: 10 ms}}`",
                     (run / "run.h5").string(), file.times().size()));
   const SectionFilm film(file, spread(file.times().size(), options.most), name_of_run(run), options.width);
@@ -103,8 +103,8 @@ void movie(const std::filesystem::path& run, const std::filesystem::path& out, c
     throw std::runtime_error(
         "--movie: ffmpeg joins the pictures, and is not on PATH; install it: apt-get install ffmpeg");
   if (is_still(run))
-    throw std::runtime_error("--movie: " + run.string() + " has no course over time; its picture: subsoil plot " +
-                             run.string());
+    throw std::invalid_argument("--movie: " + run.string() + " has no course over time; its picture: subsoil plot " +
+                                run.string());
   PictureFolder pictures(out);
   if (!draw_soil(run, options, pictures)) {
     StripOptions strip;

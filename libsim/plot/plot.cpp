@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "libsim/base/problems.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/io/moving_mean.hpp"
 #include "libsim/io/series.hpp"
@@ -52,17 +53,30 @@ std::string name_of(const std::filesystem::path& directory) {
 }
 
 std::vector<NamedSeries> read_runs(const std::vector<std::filesystem::path>& directories) {
-  if (directories.empty()) throw std::runtime_error("nothing to plot: name at least one result directory");
+  if (directories.empty()) throw std::invalid_argument("nothing to plot: name at least one result directory");
   std::vector<NamedSeries> runs;
   for (const auto& directory : directories) {
     const auto path = directory / "series.csv";
     if (!std::filesystem::exists(path))
-      throw std::runtime_error(directory.string() + " holds no series.csv: is it the result directory of a run?");
+      throw std::invalid_argument(directory.string() + " holds no series.csv: is it the result directory of a run?");
     runs.push_back({name_of(directory), read_series(path)});
-    if (runs.back().series.rows() < 2) throw std::runtime_error(path.string() + " has fewer than two samples yet");
+    if (runs.back().series.rows() < 2) throw std::invalid_argument(path.string() + " has fewer than two samples yet");
     runs.back().series.at("time");
   }
   return runs;
+}
+
+/// A column that is not there, with the nearest that is.
+[[noreturn]] void refuse_column(const char* flag, const std::string& wish, const std::vector<NamedSeries>& runs) {
+  constexpr std::size_t most = 12;
+  std::vector<std::string> names;
+  for (const NamedSeries& run : runs)
+    for (const SeriesColumn& column : run.series.columns)
+      if (std::find(names.begin(), names.end(), column.name) == names.end()) names.push_back(column.name);
+  const bool many = names.size() > most && nearest(wish, names) == nullptr;
+  throw std::invalid_argument(
+      fmt::format("{} {}: series.csv has no column of this name{}", flag, wish,
+                  many ? fmt::format("; its first line names all {}", names.size()) : suggestion(wish, names)));
 }
 
 /// The wished columns; `foot` stands for all of foot.x, foot.y ...
@@ -74,7 +88,7 @@ std::vector<std::string> expanded(const std::vector<NamedSeries>& runs, const st
       for (const SeriesColumn& column : run.series.columns)
         if (column.name == wish || column.name.rfind(wish + ".", 0) == 0)
           if (std::find(names.begin(), names.end(), column.name) == names.end()) names.push_back(column.name);
-    if (names.size() == before) runs.front().series.at(wish);  // refuses, naming what there is
+    if (names.size() == before) refuse_column("--columns", wish, runs);
   }
   return names;
 }
@@ -94,7 +108,7 @@ std::vector<std::string> choose_columns(const std::vector<NamedSeries>& runs, co
     for (const auto& column : run.series.columns)
       if (column.is_watch()) add(column.name);
   if (names.empty())
-    throw std::runtime_error("no run has a monitor: name one under output.monitor, or columns to plot");
+    throw std::invalid_argument("no run has a monitor: name one under output.monitor, or columns to plot");
   return names;
 }
 
@@ -295,7 +309,8 @@ void plot(const std::vector<std::filesystem::path>& directories, const std::file
           const PlotOptions& options) {
   const auto runs = read_runs(directories);
   const auto columns = choose_columns(runs, options.columns);
-  for (const NamedSeries& run : runs) run.series.at(options.over);
+  for (const NamedSeries& run : runs)
+    if (run.series.find(options.over) < 0) refuse_column("--over", options.over, {run});
   plot_series(runs, options.over, columns, out, options);
 }
 

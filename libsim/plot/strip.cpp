@@ -35,13 +35,13 @@ struct Run {
 Run read_run(const std::filesystem::path& directory) {
   for (const char* file : {"scenario.yaml", "series.csv"})
     if (!std::filesystem::exists(directory / file))
-      throw std::runtime_error(directory.string() + " holds no " + file + ": is it the result directory of a run?");
+      throw std::invalid_argument(directory.string() + " holds no " + file + ": is it the result directory of a run?");
   Run run{std::filesystem::absolute(directory / ".").parent_path().filename().string(),
           load_scenario((directory / "scenario.yaml").string()).scenario, read_series(directory / "series.csv")};
   if (!run.scenario.machine)
-    throw std::runtime_error(directory.string() +
-                             " is a run without a machine: a strip shows mechanisms; leave --strip out");
-  if (run.series.rows() == 0) throw std::runtime_error((directory / "series.csv").string() + " has no sample yet");
+    throw std::invalid_argument(directory.string() +
+                                " is a run without a machine: a strip shows mechanisms; leave --strip out");
+  if (run.series.rows() == 0) throw std::invalid_argument((directory / "series.csv").string() + " has no sample yet");
   return run;
 }
 
@@ -57,7 +57,7 @@ Poses poses_at(const Run& run, std::size_t row) {
 std::size_t nearest_row(const Run& run, double time) {
   const std::vector<double>& t = run.series.at("time");
   if (time < t.front() - 1e-9 || time > t.back() + 1e-9)
-    throw std::runtime_error(
+    throw std::invalid_argument(
         fmt::format("--times {}: the run goes from {} to {} s; choose times in it", time, t.front(), t.back()));
   const auto after = std::lower_bound(t.begin(), t.end(), time);
   const auto at =
@@ -98,7 +98,8 @@ std::vector<Panel> shapes(const Run& run, const std::filesystem::path& directory
                                   modes.at("frequency")[k], modes.at("damping ratio")[k], factor),
                       0});
   }
-  if (panels.empty()) throw std::runtime_error(directory.string() + ": no mode has a shape; there is nothing to draw");
+  if (panels.empty())
+    throw std::invalid_argument(directory.string() + ": no mode has a shape; there is nothing to draw");
   return panels;
 }
 
@@ -124,7 +125,7 @@ std::vector<mbd::Marker> chosen_paths(const MachineSection& machine, const std::
     if (found == known.end()) {
       std::vector<std::string> all;
       for (const auto& m : known) all.push_back(m.name);
-      throw std::runtime_error("--paths " + name + ": no marker on a body, and no body" + suggestion(name, all));
+      throw std::invalid_argument("--paths " + name + ": no marker on a body, and no body" + suggestion(name, all));
     }
     chosen.push_back(*found);
   }
@@ -138,7 +139,7 @@ void follow(std::vector<Poses*> all, const MachineSection& machine, const std::s
   for (const BodySection& b : machine.bodies) names.push_back(b.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
-    throw std::runtime_error("--follow " + name + ": there is no body of this name" + suggestion(name, names));
+    throw std::invalid_argument("--follow " + name + ": there is no body of this name" + suggestion(name, names));
   const auto body = static_cast<std::size_t>(found - names.begin()) + 1;
   const mbd::Vec2 home = (*all.front())[body].r;
   for (Poses* poses : all) {
@@ -295,7 +296,7 @@ void follow_in_all(std::vector<Poses>& all, std::vector<Panel>& panels, const Ru
 
 void strip(const std::filesystem::path& directory, const std::filesystem::path& out, const StripOptions& options) {
   const Run run = read_run(directory);
-  if (options.count < 1) throw std::runtime_error("--strip: draws at least one picture; give 1 or more");
+  if (options.count < 1) throw std::invalid_argument("--strip: draws at least one picture; give 1 or more");
   const Sketch sketch = sketch_of(run.scenario);
   std::vector<Poses> all = every_row(run);
   std::vector<Panel> panels;

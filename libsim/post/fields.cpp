@@ -69,6 +69,19 @@ FieldGrid lay_grid(const FrameBox& box, const FieldsRequest& request, double spa
   return grid;
 }
 
+/// Of a section that no kernel reaches all fields are 0.
+void refuse_section_outside(const FrameBox& box, const FieldSection& section, double reach,
+                            const dem::PeriodicCell& cell) {
+  const int d = section.axis;
+  const bool periodic = cell.length[d] > 0;
+  const double low = periodic ? cell.low[d] : box.low[d] - reach;
+  const double high = periodic ? cell.low[d] + cell.length[d] : box.high[d] + reach;
+  if (section.at >= low && section.at <= high) return;
+  throw std::invalid_argument(
+      fmt::format("--section {}={:.6g} m: is outside the bed, whose fields go from {:.4g} to {:.4g} m",
+                  static_cast<char>('x' + d), section.at, low, high));
+}
+
 FieldGrid grid_over(const FrameBox& box, const FieldsRequest& request, double width, double reach,
                     const dem::PeriodicCell& cell) {
   double spacing = request.spacing.value_or(0.5 * width);
@@ -199,6 +212,7 @@ FieldsReport write_fields(const FieldsRequest& request) {
   const FieldsHeld held{.velocity = file.holds(frames.front(), "velocity"),
                         .contacts = file.holds(frames.front(), "contacts"),
                         .stress = file.holds(frames.front(), "contact forces")};
+  if (request.section) refuse_section_outside(box, *request.section, kernel.reach(), cell);
   const FieldGrid grid = grid_over(box, request, width, kernel.reach(), cell);
   const std::string about =
       fmt::format("{}, width {:.9g} m, zero from {:.9g} m on",

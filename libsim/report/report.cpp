@@ -252,6 +252,7 @@ class RunReader {
     try {
       const FramesFile file(run.path / "run.h5");
       if (file.times().empty()) throw std::runtime_error("holds no complete frame");
+      if (request_.slice_given) refuse_slice_outside(file);
       const Scenario* const scenario = run.scenario ? &*run.scenario : nullptr;
       const Disturbance found =
           disturbance_of(file, scenario, soil_surface(run.number({"soil", "mean surface [m]"}), scenario, file),
@@ -261,10 +262,28 @@ class RunReader {
       part_.json["stills"] = numbers(still_times(run, file.times()));
       take_furrow(file, found);
       return tool;
+    } catch (const SliceFault&) {
+      throw;
     } catch (const std::exception& error) {
       run.missing.push_back(fmt::format("run.h5: {}; no spheres, no furrow", error.what()));
       return {};
     }
+  }
+
+  struct SliceFault : std::invalid_argument {
+    using std::invalid_argument::invalid_argument;
+  };
+  /// A section beside the spheres of the first frame would be an empty picture.
+  void refuse_slice_outside(const FramesFile& file) const {
+    const FrameSpheres spheres = file.spheres(0, false);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::size_t i = 0; i < spheres.index.size(); ++i) {
+      const double z = spheres.position[3 * i + 2], r = file.radius()[spheres.index[i]];
+      low = std::min(low, z - r), high = std::max(high, z + r);
+    }
+    if (low <= high && !(request_.slice >= low && request_.slice <= high))
+      throw SliceFault(fmt::format("--slice {:.6g} m: is outside the bed of {}, which goes from z = {:.4g} to {:.4g} m",
+                                   request_.slice, part_.folder.path.string(), low, high));
   }
 
   /// z of the section along x through the tool, m; null: through the middle of the bed.

@@ -1,11 +1,15 @@
 #include "libsim/scenario/given_law.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <variant>
 
 #include "libdem/law_list.hpp"
 #include "libsim/keys/fields.hpp"
+#include "libsim/scenario/friction_faults.hpp"
 #include "libsim/scenario/sections/materials.hpp"
 
 /// The only file of the program that includes the contact laws.
@@ -52,6 +56,32 @@ void take_from_materials(L& law, const Material& a, const Material& b) {
 }
 
 }  // namespace
+
+namespace {
+
+std::vector<FrictionFault> faults_of(const dem::Friction& f) {
+  std::vector<FrictionFault> faults;
+  if (f.mu_d > f.mu)
+    faults.push_back(
+        {"mu_d", f.mu_d,
+         fmt::format("must be at most mu = {:g}: friction while slipping does not exceed that at rest", f.mu)});
+  if (f.rolling == dem::Rolling::none && f.mu_r != 0)
+    faults.push_back({"mu_r", f.mu_r, "has no effect with `rolling: none`; leave one of them out", true});
+  const bool spring = f.rolling == dem::Rolling::elastic_plastic;
+  if (spring && f.mu_r != 0) return faults;
+  const std::string why = std::string("has no effect ") +
+                          (spring ? "without `mu_r`, the limit of rolling" : "without `rolling: elastic-plastic`") +
+                          "; leave it out";
+  if (!std::isnan(f.k_r)) faults.push_back({"k_r", f.k_r, why, true});
+  if (!std::isnan(f.c_r)) faults.push_back({"c_r", f.c_r, why, true});
+  return faults;
+}
+
+}  // namespace
+
+std::vector<FrictionFault> friction_faults(const GivenLaw& given) {
+  return std::visit([](const auto& law) { return faults_of(law.friction); }, variant_of(given));
+}
 
 GivenLaw::GivenLaw() : law_(std::variant_alternative_t<0, dem::GivenLaw>{}) {}
 

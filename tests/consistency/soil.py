@@ -54,6 +54,8 @@ class SoilDraw:
             if key in answer:
                 for needed in words.get(answer[key], []):
                     answer[needed] = self.value(rows[needed])
+        if answer.get("rolling") == "none":  # which the program refuses beside a coefficient
+            answer.pop("mu_r", None)
         if "bond" in answer:  # with other moment arms a bond would not keep angular momentum, which the program refuses
             for key in ("moment arm", "moment arm at surfaces", "slip moment arm"):
                 answer.pop(key, None)

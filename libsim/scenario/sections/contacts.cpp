@@ -15,6 +15,7 @@
 #include "libsim/keys/reader.hpp"
 #include "libsim/keys/schema.hpp"
 #include "libsim/scenario/checks.hpp"
+#include "libsim/scenario/friction_faults.hpp"
 #include "libsim/scenario/scenario.hpp"
 
 namespace subsoil::sim {
@@ -123,6 +124,10 @@ struct ContactChecks : Checks {
                            place_of(places, fmt::format("contacts[{}]", there->second)).line));
       }
       elastic(path, s.contacts[i]);
+      for (const FrictionFault& fault : friction_faults(s.contacts[i].law)) {
+        const std::string key = path + "." + fault.key;
+        if (!fault.idle || places.contains(key)) refuse(key, fmt::format("{:g}", fault.value), fault.rule);
+      }
     }
     for (const auto& [pair, meet] : meetings()) {
       if (given.contains(pair)) continue;

@@ -420,7 +420,8 @@ struct MachineChecks : Checks {
   }
   void inputs(const MachineSection& m, const std::string& path, const mbd::TableOfTwo& law) {
     const std::vector<std::string> columns = split_at_semicolons(law.measures);
-    if (columns.size() != 2) return refuse(path + ".table of two", law.measures, "must name two measures: speed; gap");
+    if (columns.size() != 2)
+      return refuse(path + ".table of two", law.measures, "must name two measures: [speed, gap]");
     input(m, path + ".table of two", columns[0], path + ".first in", law.first_unit);
     input(m, path + ".table of two", columns[1], path + ".second in", law.second_unit);
   }

@@ -44,6 +44,8 @@ constexpr std::array<const char*, 3> direction_words{"both", "rising", "falling"
 bool has_window(Watch::Kind kind) {
   return kind == Watch::Kind::mean || kind == Watch::Kind::maximum || kind == Watch::Kind::minimum;
 }
+/// Of a direction of its own.
+bool has_direction(Watch::Kind kind) { return kind >= Watch::Kind::force && kind <= Watch::Kind::soil_moment; }
 bool has_level(Watch::Kind kind) { return kind >= Watch::Kind::count; }
 bool has_duration(Watch::Kind kind) { return kind >= Watch::Kind::time_above; }
 
@@ -116,6 +118,8 @@ class WatchList final : public Compound {
       return inner.finish();
     }
     inner.leaf({"along", "direction"}, [&](const Node& along) {
+      if (!has_direction(watch.kind))
+        throw Refusal("has no effect without `force`, `joint`, `soil force` or `soil moment`", "leave it out");
       const std::vector<double> d = numbers_of(along, "1", 0);
       if (d.size() != 2 && d.size() != 3) throw Refusal("must be two or three numbers");
       watch.along = {d[0], d[1], d.size() == 3 ? d[2] : 0};
@@ -187,8 +191,9 @@ class WatchList final : public Compound {
       } else if (watch.kind != Watch::Kind::column) {
         item = Node::mapping(true);
         item.add(watch_words[static_cast<std::size_t>(watch.kind)], Node::of(watch.of));
-        const bool turned = watch.kind == Watch::Kind::force && watch.along != Vec3{1, 0, 0};
-        if (watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force || turned) {
+        const bool forces = watch.kind == Watch::Kind::joint || watch.kind == Watch::Kind::soil_force;
+        const Vec3 usual = watch.kind == Watch::Kind::soil_moment ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
+        if (forces || (has_direction(watch.kind) && watch.along != usual)) {
           const double along[3]{watch.along.x, watch.along.y, watch.along.z};
           item.add("along", Node::of(format_quantities(along, 3, "1")));
         }

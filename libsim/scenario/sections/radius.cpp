@@ -32,7 +32,7 @@ void describe(Fields& v, TableRadius& r) {
 void check_distribution(Checks& checks, const std::string& path, const RadiusDistribution& radius) {
   if (const auto* n = std::get_if<NormalRadius>(&radius)) {
     if (n->least > n->mean || n->mean > n->largest || n->least >= n->largest) {
-      checks.refuse(path, "must have least <= normal <= largest, and least below largest");
+      checks.refuse(path, "must have minimum <= normal <= maximum, and minimum below maximum");
     }
   } else if (const auto* t = std::get_if<TableRadius>(&radius)) {
     double sum = 0;

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "libdem/bed.hpp"
-#include "libsim/io/hdf5.hpp"
 #include "libsim/base/coarse_graining.hpp"
+#include "libsim/io/hdf5.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -236,6 +236,10 @@ TEST(Fields, OfARunAddUpToItsMass) {
   EXPECT_EQ(cut.frames, 1U);
   EXPECT_TRUE(std::filesystem::exists(dir / "cut.xdmf"));
   EXPECT_THROW(write_fields({.run = dir / "out", .times = {7.0}}), std::invalid_argument);
+  EXPECT_EQ(test::message_of<std::invalid_argument>([&] {
+              write_fields({.run = dir / "out", .out = dir / "aside", .section = FieldSection{2, 2.0}});
+            }).find("--section z=2 m: is outside the bed, whose fields go from "),
+            0U);
   EXPECT_THROW(write_fields({.run = dir.path()}), std::invalid_argument);
 }
 

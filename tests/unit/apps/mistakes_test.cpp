@@ -73,6 +73,21 @@ TEST(Mistakes, AWatchOfNothingIsRefusedBeforeTheBedSettles) {
       << "and not that the bed is not still after 1 us";
 }
 
+TEST(Mistakes, ABedIsSavedIntoAFolderThatIsThere) {
+  const RunDirectory dir;
+  const std::string file = dir / "none/bed.h5";
+  EXPECT_NE(refusal({"soil.bed.save=" + file}).find("soil.bed.save = " + file + ": there is no folder"),
+            std::string::npos);
+  EXPECT_EQ(refusal({"soil.bed.save=" + (dir / "bed.h5").string()}), "accepted");
+}
+
+TEST(Mistakes, ARoughFloorLeavesSpheresThatMove) {
+  const std::string bed = "soil.bed={fill: lattice, material: clay, radius: 10 mm, pitch: 21 mm, depth: 60 mm, ";
+  const std::string gone = "boundaries=[]";
+  EXPECT_NE(refusal({gone, bed + "rough floor: 150 mm}"}).find("spheres, so that nothing moves"), std::string::npos);
+  EXPECT_EQ(refusal({gone, bed + "rough floor: 12 mm}"}), "accepted");
+}
+
 TEST(Mistakes, TooManySpheresAreCountedAndTheUnitIsGuessed) {
   const std::string small = refusal({"soil.bed={fill: random, material: clay, radius: 8 um, depth: 0.1 m}"});
   EXPECT_NE(small.find("spheres of 8e-06 m radius in 0.2 x 0.1 x 0.2 m"), std::string::npos) << small;

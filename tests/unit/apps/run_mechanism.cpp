@@ -120,7 +120,7 @@ TEST_F(HoekenRun, AStripShowsInstantsNamesAndScale) {
 
 TEST_F(HoekenRun, StripsRefuseWhatIsNotThere) {
   const auto refusal = [&](const StripOptions& options) {
-    return message_of<std::runtime_error>([&] { strip(out(), *dir_ / "no.svg", options); });
+    return message_of<std::invalid_argument>([&] { strip(out(), *dir_ / "no.svg", options); });
   };
   StripOptions options;
   options.paths = {"fot"};
@@ -129,7 +129,7 @@ TEST_F(HoekenRun, StripsRefuseWhatIsNotThere) {
   EXPECT_EQ(refusal(options), "--follow crunk: there is no body of this name; did you mean `crank`?");
   options.follow = "", options.times = {1.5};
   EXPECT_EQ(refusal(options), "--times 1.5: the run goes from 0 to 1 s; choose times in it");
-  EXPECT_NE(message_of<std::runtime_error>([&] {
+  EXPECT_NE(message_of<std::invalid_argument>([&] {
               strip(*dir_ / "nothing", *dir_ / "no.svg");
             }).find("holds no scenario.yaml: is it the result directory of a run?"),
             std::string::npos);

@@ -128,11 +128,22 @@ TEST(ScenarioForces, RefusalsNamePlaceRuleAndCure) {
                     "side: inside, n: 1, stiffness: 1 N/m}"),
             at + ": the second radius must be less than the first for a disk inside a bore");
   EXPECT_EQ(refusal("{rotational stop: [sled, arm], n: 1, stiffness: 1 N m/rad}"),
-            at + ": needs a stop: give least, largest or both");
+            at + ": needs a stop: give minimum, maximum or both");
   EXPECT_EQ(refusal("{slide stop: [sled, arm], along: [1, 0], minimum: 1 m, maximum: 0 m, n: 1, stiffness: 1 N/m}"),
-            at + ": least must be below largest; for a fixed value use a joint or a driver");
+            at + ": minimum must be below maximum; for a fixed value use a joint or a driver");
   EXPECT_EQ(refusal("{distance stop: [sled, arm], ends: [0 0 m, 1 2 m], maximum: 1 m, n: 1}"),
             at + ".stiffness: is missing: force per depth^n, in N/m^(n)");
+  const std::string motor =
+      "{torque-speed motor: [sled, arm], torque curve: {table: [[0 rad/s, 3 N m], [9 rad/s, 0 N "
+      "m]]}, share: ";
+  EXPECT_EQ(refusal(motor + "3}"), at + ": share must be from -1 to 1");
+  EXPECT_EQ(refusal(motor + "{ramp: {to: 3}}}"), "") << "a function of time saturates";
+  EXPECT_EQ(refusal(motor + "{ramp: {end: 1 s}}}"),
+            at + ".share = {ramp: {end: 1 s}}: ramp function: has no effect, `from` and `to` are equal; give `to`");
+  EXPECT_EQ(
+      refusal("{hydraulic cylinder: [sled, arm], ends: [0 0 m, 1 7 m], bore: 50 mm, closed length: 0.6 m, stroke: "
+              "9 m, supply pressure: 18 MPa, rated flow: 30 l/min, valve: -5}"),
+      at + ": valve must be from -1 to 1");
 }
 
 /// An outline contact of a floor with this second outline, and the rest of its keys.

@@ -363,6 +363,16 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
            {"soil.density=1 kg/m^3",
             "--set soil.density = 1 kg/m^3: unknown key; it belongs at `materials.<name>.density`"},
            {"output.book every=16", "--set output.book every = 16: unknown key; its name is `sample losses every` now"},
+           {"output.monitor={f: {formula: 2*v, of: {v: plate.vx}, along: 0 1}}",
+            "--set output.monitor.f.along = 0 1: has no effect without `force`, `joint`, `soil force` or `soil "
+            "moment`; leave it out"},
+           {"contacts[1].mu_d=0.7",
+            "--set contacts[1].mu_d = 0.7: must be at most mu = 0.5: friction while slipping does not exceed that at "
+            "rest"},
+           {"contacts[0].rolling=none",
+            "till.yaml:9:54 contacts[0].mu_r = 0.3: has no effect with `rolling: none`; leave one of them out"},
+           {"contacts[1]={between: [soil, steel], law: linear, k_n: 1 kN/m, restitution: 0.5, mu: 0.5, k_r: 3 N m/rad}",
+            "--set contacts[1].k_r = 3: has no effect without `mu_r`, the limit of rolling; leave it out"},
            {"output.at=[9 s]", "--set output.at = 9 s: is after the end of the run at 4 s"},
            {"output.monitor={f: {soil force: plat}}",
             "--set output.monitor.f = plat: there is no body or boundary of this name; did you mean `plate`?"},
@@ -392,6 +402,8 @@ TEST(ScenarioDefaults, AWatchedMomentIsThatAboutZ) {
   EXPECT_EQ(s.output.watch[0].along, (Vec3{1, 0, 0}));
   EXPECT_EQ(s.output.watch[1].along, (Vec3{0, 0, 1}));
   EXPECT_EQ(s.output.watch[2].along, (Vec3{1, 0, 0}));
+  const Scenario copy = load_scenario_text(write_scenario(s), "copy.yaml").scenario;
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(copy.output.watch[i].along, s.output.watch[i].along) << i;
 }
 
 TEST(ScenarioRefusals, PairsOfMaterials) {

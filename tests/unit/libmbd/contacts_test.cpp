@@ -137,11 +137,11 @@ TEST(Contacts, RefuseWithRuleAndCure) {
   EXPECT_EQ(refusal([] { DiskContact{.radius_a = 1, .radius_b = 1, .side = DiskSide::inside, .law = law}.check(); }),
             "the second radius must be less than the first for a disk inside a bore");
   EXPECT_EQ(refusal([] { RotationalStop{.limits = {.law = law.normal}}.check(); }),
-            "needs a stop: give least, largest or both");
+            "needs a stop: give minimum, maximum or both");
   EXPECT_EQ(refusal([] { SlideStop{.limits = {.least = 1, .largest = 1, .law = law.normal}}.check(); }),
-            "least must be below largest; for a fixed value use a joint or a driver");
+            "minimum must be below maximum; for a fixed value use a joint or a driver");
   EXPECT_EQ(refusal([] { DistanceStop{.limits = {.largest = 0, .law = law.normal}}.check(); }),
-            "largest must be above 0; for a common point use a joint");
+            "maximum must be above 0; for a common point use a joint");
 }
 
 }  // namespace

@@ -284,7 +284,7 @@ TEST(PidRefusal, SaysWhatIsWrong) {
   pid = gains, pid.delay = 0.1;
   says(refusal(on_rail(pid)), "a delay needs a sample time");
   pid = gains, pid.least = 1, pid.largest = -1;
-  says(refusal(on_rail(pid)), "least must be below largest");
+  says(refusal(on_rail(pid)), "minimum must be below maximum");
   pid = gains, pid.proportional = 0, pid.least = 0;
   says(refusal(on_rail(pid)), "needs a tracking time");
   Model m = on_rail(gains);

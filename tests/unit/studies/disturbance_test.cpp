@@ -241,7 +241,7 @@ TEST(Disturbance, SaysWhyThereIsNone) {
   ASSERT_EQ(run_scenario(text, dir / "out", {"time.end=80 ms", "output.every=20 ms"}), exit_ok);
   const nlohmann::json summary = summary_of(dir / "out");
   EXPECT_TRUE(summary.at("disturbance").contains("none")) << summary.at("disturbance");
-  EXPECT_THROW(draw_furrow(dir / "out", dir / "furrow.svg"), std::runtime_error);
+  EXPECT_THROW(draw_furrow(dir / "out", dir / "furrow.svg"), std::invalid_argument);
 }
 
 }  // namespace

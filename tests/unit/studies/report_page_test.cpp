@@ -85,6 +85,15 @@ TEST(Report, FilmIsTheViewOfTheRun) {
   EXPECT_NEAR(data["runs"][0]["slice"].get<double>(), 0, 1e-6) << "the middle of the blade";
 }
 
+TEST(Report, RefusesASectionOutsideTheBed) {
+  ReportRequest request;
+  request.runs = {pass() / "run"};
+  request.slice = 5, request.slice_given = true;
+  EXPECT_NE(
+      message_of<std::invalid_argument>([&] { report_data(request); }).find("--slice 5 m: is outside the bed of "),
+      std::string::npos);
+}
+
 /// The window of a moving bed goes with the blade: by whole periods, which are shorter than the window of 0.36 m.
 TEST(Report, FilmOfAMovingBedGoesWithIt) {
   const RunDirectory d;
