@@ -49,12 +49,15 @@ void Kinematic::follow(double to, int depth) {
   try {
     partition_.evaluate(now_);
   } catch (const std::runtime_error&) {
-    if (last) throw;
+    if (last) {
+      now_ = before;
+      throw;
+    }
     found = false;
   }
   if (found && distance_of(system_, now_.q, expected) <= branch_limit(system_)) return;
-  if (last) throw MotionFault(to, "the pose jumps; the drivers lead through a dead centre or a lock-up");
   now_ = before;
+  if (last) throw MotionFault(to, "the pose jumps; the drivers lead through a dead centre or a lock-up");
   partition_.evaluate(now_);
   follow(before.t + 0.5 * dt, depth + 1);
   follow(to, depth + 1);
@@ -64,7 +67,12 @@ void Kinematic::on_advance(double h) {
   const double begin = now_.t, end = clock_.end_of_step(now_.t, h, asked_end_), dt = h / parts;
   flows_.of_elements += h * boole[0] * now_.rates;
   for (int k = 1; k <= parts; ++k) {
-    follow(k == parts ? end : begin + k * dt, 0);
+    try {
+      follow(k == parts ? end : begin + k * dt, 0);
+    } catch (const std::runtime_error&) {
+      keep_end();  // rows up to there are read
+      throw;
+    }
     if (watches_switches() && finds_events()) update_contacts(), release_friction();
     flows_.of_elements += h * boole[k] * now_.rates;
   }

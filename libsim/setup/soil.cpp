@@ -828,7 +828,7 @@ void SoilBuilder::clear_given() {
     if (first == spheres.end()) continue;
     if (bed().inside_machine == Overlap::refuse) {
       if (is_loose()) {
-        world_.soil.unsettled_inside += static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), inside));
+        world_.soil.unsettled_inside += world_.bed->remove_if(inside);
         continue;
       }
       throw ScenarioError(fmt::format(
@@ -846,8 +846,9 @@ void SoilBuilder::clear_machine() {
   if (!has_bed()) return;
   const dem::Bounds soil = sphere_centres(world_.bed->spheres());
   remove_in_the_way();
-  if (world_.soil.carved == 0) return;
+  if (world_.soil.carved + world_.soil.unsettled_inside == 0) return;
   if (world_.bed->spheres().empty()) refuse_empty(soil);
+  if (world_.soil.carved == 0) return;
   world_.bed->reset_energy_balance();         // what is carved was never of the run
   if (loaded_.scenario.soil->moving) return;  // count_window()
   world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
@@ -864,10 +865,11 @@ void SoilBuilder::refuse_empty(const dem::Bounds& soil) const {
     if (std::holds_alternative<dem::Plane>(b.shape)) continue;
     solids.push_back(fmt::format("`{}` ({:.3g} m large)", s.name, dem::bounds(b.shape).diagonal()));
   }
-  throw ScenarioError(fmt::format(
-      "{}: no sphere is left: all {} lie inside {} at the start, in a soil {:.3g} m large; is the unit of "
-      "its numbers right? make it smaller, or start it outside the soil",
-      loaded_.where("soil.bed.inside machine"), world_.soil.carved, fmt::join(solids, " or "), soil.diagonal()));
+  throw ScenarioError(
+      fmt::format("{}: no sphere is left: all {} lie inside {} at the start, in a soil {:.3g} m large; is the unit of "
+                  "its numbers right? make it smaller, or start it outside the soil",
+                  loaded_.where("soil.bed.inside machine"), world_.soil.carved + world_.soil.unsettled_inside,
+                  fmt::join(solids, " or "), soil.diagonal()));
 }
 
 void SoilBuilder::remove_in_the_way() {
@@ -883,7 +885,7 @@ void SoilBuilder::remove_in_the_way() {
   const std::vector<std::uint32_t> in_the_way = dem::spheres_in_the_way(*world_.bed, tools);
   if (in_the_way.empty()) return;
   if (is_loose()) {
-    world_.soil.unsettled_inside += in_the_way.size();
+    world_.soil.unsettled_inside += dem::carve(*world_.bed, tools);
     return;
   }
   std::string guess;

@@ -61,7 +61,7 @@ struct SoilReport {
   std::vector<std::pair<std::string, dem::LayerReport>> layers{};  ///< from the surface down, with their materials
   std::vector<DepthRow> by_depth{};                                ///< from the surface down; empty where none settled
   std::size_t carved = 0;
-  std::size_t unsettled_inside = 0;  ///< of a bed that was not settled, spheres where a tool or boundary stands
+  std::size_t unsettled_inside = 0;  ///< removed where a tool stands, of a bed that is not settled before
   bool stopped = false;              ///< a signal came while it was still settling
 };
 

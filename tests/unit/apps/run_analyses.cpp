@@ -192,5 +192,32 @@ output: {series every: 1 ms}
   }
 }
 
+/// The guide of the slider moves with it, so that the rod's force turns it in the guide more and more: with a friction
+/// of 0.7 it locks on the way. The failure says so, and rows stand up to there.
+TEST(Kinematics, AGuideThatLocksItselfIsNamed) {
+  const std::string press = R"(subsoil: 1
+analysis: kinematics
+machine:
+  bodies:
+    crank: {mass: 1 kg, inertia: 0.02 kg m^2, at: 0.1 0 m}
+    rod: {mass: 2 kg, inertia: 0.05 kg m^2, at: 0.4 -0.15 m, angle: -0.6435011087932844 rad, pose is: about}
+    slider: {mass: 3 kg, inertia: 0.1 kg m^2, at: 0.6 -0.3 m, pose is: about}
+  joints:
+    a: {revolute: [ground, crank], at: 0 0 m}
+    b: {revolute: [crank, rod], points: [0.1 0 m, -0.25 0 m]}
+    c: {revolute: [rod, slider], points: [0.25 0 m, 0 0 m]}
+    guide: {translational: [ground, slider], at: 0.6 -0.3 m, along: 1 0}
+  drivers: {d: {angle: [ground, crank], velocity: {ramp: {to: 1 rad/s, end: 0.2 s}}}}
+  forces: {rub: {joint friction: guide, guide: 0.2 m, mu_s: 0.7, mu_k: 0.7}}
+time: {end: 1.5 s}
+output: {series every: 10 ms}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(press), dir / "out"), exit_failed);
+  const std::string failure = summary_of(dir / "out")["run"]["failure"];
+  EXPECT_TRUE(holds(failure, "joint 'guide' locks itself")) << failure;
+  EXPECT_GT(read_series(dir / "out" / "series.csv").at("time").back(), 0.6);
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_analyses
