@@ -83,6 +83,14 @@ bool MotionSamples::write(double t, const mbd::Instant& at, bool last) {
   return true;
 }
 
+mbd::Instant MotionSamples::machine() {
+  const mbd::DenseOutput& last = machine_.dense_output();
+  // A step that failed may have left nothing to read: then where it has got to.
+  if (!o_.failure.empty() && (last.empty() || t_ < last.begin() || t_ > last.end() || !(last.begin() < last.end())))
+    return machine_.now();
+  return instant_at(t_, o_.close);
+}
+
 mbd::Instant MotionSamples::instant_at(double t, double close) {
   if (machine_.time() > t + close) return evaluation_->evaluate(machine_.dense_output(), t);
   return machine_.now();

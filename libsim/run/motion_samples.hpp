@@ -16,7 +16,7 @@ class MotionSamples : public Samples, private mbd::StepSignals {
   explicit MotionSamples(RunOutput& output);
 
   double time() const override { return t_; }
-  mbd::Instant machine() override { return instant_at(t_, o_.close); }
+  mbd::Instant machine() override;
   const std::vector<double>& last_row() const override { return o_.values; }
   void before_step(bool spheres_changed, StepRequest& request) override;
   bool after_step() override;

@@ -42,8 +42,10 @@ Stepper::Stepper(const Loaded& loaded, World world, const SavedRun* saved)
 bool Stepper::advance(std::span<StepObserver* const> observers) {
   refresh_machine();
   for (StepObserver* o : observers) o->at_instant();
-  // At the end of the run no step follows that would want the next block: the last row and the summary agree.
-  const bool ends = std::abs(simulation_.time() - loaded_.scenario.time.end) <= close();
+  // No step follows the first instant at the end of the run or beyond it, and none wants the next block: the last row
+  // and the summary agree.
+  const double past = simulation_.time() - loaded_.scenario.time.end;
+  const bool ends = past >= -close() && past < simulation_.window_length() - close();
   const bool window_advanced = !ends && world_.moving && world_.moving->follow(*world_.bed, simulation_);
   const bool poured = pour();
   StepRequest request;

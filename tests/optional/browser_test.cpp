@@ -320,14 +320,18 @@ TEST(Followed, TheNewestFrameOfARunInProgressIsShown) {
   };
   for (int i = 0; i < 600 && frames() < 3; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   const std::size_t before = frames();
-  const std::string dom = address.empty() ? "" : test::opened_at(address, directory);
+  // On a loaded machine the run may write nothing while the page is open, which takes some seconds: opened again.
+  std::string dom;
+  double newest = -1;
+  for (int i = 0; i < 5 && !address.empty() && !(newest > 0.2 * static_cast<double>(before - 1)); ++i)
+    dom = test::opened_at(address, directory), newest = number_after(dom, " max=\"");
   test::output_of("kill -- -" + pid.substr(0, pid.find('\n')) + " 2>&1");
   ASSERT_FALSE(address.empty()) << test::text_of(words);
   EXPECT_EQ(test::console_of(dom), "");
   EXPECT_NE(dom.find("data-errors=\"0\""), std::string::npos) << dom.substr(0, 500);
   EXPECT_GE(number_after(dom, "data-renewed=\""), 2) << dom.substr(0, 500);
   EXPECT_NE(dom.find("running: "), std::string::npos) << "progress and time left";
-  const double newest = number_after(dom, " max=\""), frame = number_after(dom, "data-frame=\"");
+  const double frame = number_after(dom, "data-frame=\"");
   EXPECT_GT(newest, 0.2 * static_cast<double>(before - 1))
       << "the slider reaches rows that were written after the start";
   EXPECT_GE(frame, before - 1) << "and the spheres are those of the newest frame";

@@ -77,10 +77,10 @@ TEST(Movie, RefusesWithTheCure) {
   EXPECT_EQ(message_of<std::invalid_argument>([&] { movie(dir / "out", dir / "film.avi"); }),
             "--movie: its suffix must be .mp4 or .webm, not '.avi'");
   if (ffmpeg_found()) {
-    const std::string none = message_of<std::runtime_error>([&] { movie(dir / "nothing", dir / "film.mp4"); });
+    const std::string none = message_of<std::invalid_argument>([&] { movie(dir / "nothing", dir / "film.mp4"); });
     EXPECT_NE(none.find("holds no run.h5: is it the result directory of a run with frames?"), std::string::npos);
     ASSERT_EQ(run_scenario(config("1s300-modes"), dir / "modes"), exit_ok);
-    const std::string still = message_of<std::runtime_error>([&] { movie(dir / "modes", dir / "film.mp4"); });
+    const std::string still = message_of<std::invalid_argument>([&] { movie(dir / "modes", dir / "film.mp4"); });
     EXPECT_NE(still.find("has no course over time; its picture: subsoil plot "), std::string::npos) << still;
   }
   const std::string path = std::getenv("PATH");

@@ -93,7 +93,7 @@ TEST(RunMoving, SummaryAndLastRowAgreeAtTheInstantOfABlock) {
   ASSERT_EQ(run_scenario(dir.scenario(pass), dir / "out", {"time.end=0.36 s"}), exit_ok);
   const nlohmann::json moving = summary_of(dir / "out")["moving bed"];
   const Series series = read_series(dir / "out" / "series.csv");
-  EXPECT_NEAR(series.at("t").back(), 0.36, 1e-6);
+  EXPECT_NEAR(series.at("time").back(), 0.36, 1e-6);
   EXPECT_NEAR(series.at("window.travelled").back(), moving["way of the window [m]"], 1e-12);
   EXPECT_NEAR(series.at("window.entered").back(), moving["entered"]["mass [kg]"], 1e-7);
   EXPECT_NEAR(series.at("window.left").back(), moving["left"]["mass [kg]"], 1e-7);
