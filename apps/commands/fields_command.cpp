@@ -37,7 +37,7 @@ CLI::App* add_fields(CLI::App& app, FieldsWords& words) {
       "`output.contact forces: yes`.\n"
       "Equations: docs/theory; how to look at them: docs/reference/fields.md");
   word->add_option("run", words.run, "result directory")->required()->type_name(takes_folder);
-  word->add_option("--out", words.out, "files OUT.h5 and OUT.xdmf; default: RUN/fields");
+  word->add_option("--out", words.out, "files OUT.h5 and OUT.xdmf2; default: RUN/fields");
   word->add_option("--kernel", words.kernel,
                    "of the coarse graining, by its width w: lucy ends at 2 w, gaussian at 3 w")
       ->check(CLI::IsMember({"lucy", "gaussian"}));

@@ -37,7 +37,7 @@ struct FieldsReport {
   bool has_velocity = true, has_contacts = true, has_stress = true;
 };
 
-/// Writes OUT.h5 and OUT.xdmf. Throws std::invalid_argument for what no such run can give.
+/// Writes OUT.h5, OUT.xdmf and OUT.xdmf2. Throws std::invalid_argument for what no such run can give.
 FieldsReport write_fields(const FieldsRequest& request);
 
 }  // namespace subsoil::sim

@@ -61,9 +61,9 @@ void RunLoop::write_step_error() {
   if ((beams ? error.positions : error.sum()) > most_step_error)
     summary_->warn(
         fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
-                    "the run; shorten them{}",
+                    "the run; {}",
                     world_.step.machine_step, error.sum(),
-                    world_.bed ? " by fewer soil steps per machine step" : ", or leave out " + fixes_machine_step(s_)));
+                    world_.bed ? shorter_step(s_, world_) : "shorten them, or leave out " + fixes_machine_step(s_)));
 }
 
 void RunLoop::warn_of_machine_energy() {
