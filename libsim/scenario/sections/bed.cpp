@@ -151,7 +151,9 @@ struct BedChecks : Checks {
   void settle(const BedSection& b, const Settle& to) {
     const bool both = to.duration && to.until_speed;
     if (both || (!to.compacts() && !to.duration && !to.until_speed))
-      refuse("soil.bed.settle", "needs either `for` (a time) or `until` (a speed), or `to` (a density or a pressure)");
+      refuse("soil.bed.settle",
+             "needs `for` (a time), `until` (a speed) or `to` (a density or a pressure); `for` and `until` exclude "
+             "each other");
     if (!to.compacts()) return;
     const char* const path = "soil.bed.settle.to";
     if (!acts_down(s.gravity)) refuse(path, "needs gravity along -y; leave it out");

@@ -355,7 +355,8 @@ TEST(ScenarioRefusals, CrossChecksOfSoil) {
            {"soil.bed.radius={uniform: 8 12 mm}",
             "--set soil.bed.radius: a rest-lattice needs spheres of one size; take `fill: random` for a distribution"},
            {"soil.bed.settle={until: 1 m/s, for: 1 s}",
-            "--set soil.bed.settle: needs either `for` (a time) or `until` (a speed)"},
+            "--set soil.bed.settle: needs `for` (a time), `until` (a speed) or `to` (a density or a pressure); `for` "
+            "and `until` exclude each other"},
            {"soil.container.open=[-x]",
             "till.yaml:17:88 soil.container.open after settling: the face -x is open from the start; take it out of "
             "one of the lists"},
