@@ -1,13 +1,12 @@
 #include "libsim/fmu/icon.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
 #include <vector>
+
+#include "libsim/base/deflate.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -77,24 +76,18 @@ void put_chunk(std::string& out, const std::string& type, const std::string& dat
   put_number(out, static_cast<std::uint32_t>(data.size()));
   const std::string checked = type + data;
   out += checked;
-  put_number(out, static_cast<std::uint32_t>(
-                      crc32(0, reinterpret_cast<const Bytef*>(checked.data()), static_cast<uInt>(checked.size()))));
+  put_number(out, crc32(bytes_of(checked)));
 }
 
 }  // namespace
 
 std::string fmu_icon(bool with_machine) {
   const std::string lines = scan_lines(with_machine);
-  uLongf size = compressBound(static_cast<uLong>(lines.size()));
-  std::string packed(size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(lines.data()),
-                static_cast<uLong>(lines.size()), 9) != Z_OK)
-    throw std::runtime_error("the icon cannot be compressed");
-  packed.resize(size);
+  const std::vector<unsigned char> packed = deflated(bytes_of(lines), 9);
   std::string out = "\x89PNG\r\n\x1a\n", head;
   put_number(head, kSize), put_number(head, kSize);
   head += {8, 6, 0, 0, 0};  // bits, RGBA, deflate, the one filter method, not interlaced
-  put_chunk(out, "IHDR", head), put_chunk(out, "IDAT", packed), put_chunk(out, "IEND", "");
+  put_chunk(out, "IHDR", head), put_chunk(out, "IDAT", {packed.begin(), packed.end()}), put_chunk(out, "IEND", "");
   return out;
 }
 

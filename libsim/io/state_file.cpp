@@ -1,7 +1,6 @@
 #include "libsim/io/state_file.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <charconv>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "libsim/base/deflate.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/hdf5.hpp"
 #include "libsim/io/hdf5_driver.hpp"
@@ -39,15 +39,14 @@ constexpr const char* checksum_name = "crc32";
 
 /// CRC-32 of an array's bytes as they are in memory.
 std::int64_t checksum_of(const void* data, std::size_t bytes) {
-  return static_cast<std::int64_t>(crc32_z(0, static_cast<const Bytef*>(data), bytes));
+  return crc32({static_cast<const unsigned char*>(data), bytes});
 }
 
 /// Likewise of texts, each with the zero at its end.
 std::int64_t checksum_of(const std::vector<std::string>& texts) {
-  uLong sum = 0;
-  for (const std::string& text : texts)
-    sum = crc32_z(sum, reinterpret_cast<const Bytef*>(text.c_str()), text.size() + 1);
-  return static_cast<std::int64_t>(sum);
+  std::uint32_t sum = 0;
+  for (const std::string& text : texts) sum = crc32(bytes_of({text.c_str(), text.size() + 1}), sum);
+  return sum;
 }
 
 /// Throws std::runtime_error where a dataset has another checksum than the one that it was written with.

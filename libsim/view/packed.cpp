@@ -1,16 +1,12 @@
 #include "libsim/view/packed.hpp"
 
-#include <zlib.h>
-
-#include <stdexcept>
+#include "libsim/base/deflate.hpp"
 
 namespace subsoil::sim {
 
 std::string packed(std::span<const unsigned char> bytes) {
-  uLongf size = compressBound(static_cast<uLong>(bytes.size()));
-  std::vector<unsigned char> zipped(size);
-  if (compress2(zipped.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) != Z_OK)
-    throw std::runtime_error("zlib could not compress a part of the page");
+  const std::vector<unsigned char> zipped = deflated(bytes, 6);
+  const std::size_t size = zipped.size();
   static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
   text.reserve(size / 3 * 4 + 4);

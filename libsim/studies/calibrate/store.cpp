@@ -1,10 +1,10 @@
 #include "libsim/studies/calibrate/store.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <fstream>
 
+#include "libsim/base/deflate.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 
@@ -18,8 +18,7 @@ std::string mark_of(const Plan& plan) {
   std::string text = emit(read_document(plan.scenario, {}, problems));
   for (const PlanParameter& p : plan.parameters) text += p.keys + '|' + p.unit + '|';
   for (const PlanTarget& t : plan.targets) text += t.name() + '|';
-  const auto sum = crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
-  return fmt::format("# scenario, keys and targets {:08x}", sum);
+  return fmt::format("# scenario, keys and targets {:08x}", crc32(bytes_of(text)));
 }
 
 std::string header_of(const Plan& plan) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include <fstream>
 #include <thread>
 
+#include "libsim/base/deflate.hpp"
 #include "libsim/base/json.hpp"
 #include "libsim/base/live_line.hpp"
 #include "libsim/io/atomic_file.hpp"
@@ -27,7 +27,7 @@ constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 /// Tells scenarios apart: a checksum of the one that runs, with every default explicit.
 std::string mark_of(const Study& study, const SweepPoint& point) {
   const std::string text = write_scenario(load_scenario(study.scenario, point.sets).scenario);
-  return fmt::format("{:08x}", crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size())));
+  return fmt::format("{:08x}", crc32(bytes_of(text)));
 }
 
 std::optional<Json> read_point(const std::filesystem::path& folder) {

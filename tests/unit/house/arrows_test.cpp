@@ -32,9 +32,9 @@ const std::vector<Room> house = {
     {"libsim",
      {"libsim/", "coupling/", "libdem/", "libmbd/"},
      {"Eigen/", "fmt/", "hdf5.h", "malloc.h", "nlohmann/", "omp.h", "spdlog/", "sys/resource.h"},
-     {"CGAL/", "H5", "boost/asio/", "boost/beast/", "boost/geometry/", "boost/math/", "fcntl.h", "minizip/zip.h",
-      "nlopt.hpp", "sched.h", "spawn.h", "sys/", "udunits2.h", "unistd.h", "unsupported/Eigen/", "yaml-cpp/",
-      "zlib.h"}},
+     {"CGAL/", "H5", "boost/asio/", "boost/beast/", "boost/geometry/", "boost/math/", "fcntl.h", "libdeflate.h",
+      "minizip/zip.h", "nlopt.hpp", "sched.h", "spawn.h", "sys/", "udunits2.h", "unistd.h", "unsupported/Eigen/",
+      "yaml-cpp/"}},
     {"python", {"libsim/"}, {"nanobind/"}, {}},
 };
 
