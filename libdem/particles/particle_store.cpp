@@ -97,6 +97,7 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
   if (!(in.radius > 0) || !(m > 0)) refuse("radius and density must be positive");
   if (in.material < 0 || in.material >= materials) refuse("no such material");
   drop_images();
+  slot_of_id_.clear();
   spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
                       static_cast<std::uint16_t>(in.material), in.kind, 0});
 }
@@ -123,7 +124,7 @@ void ParticleStore::clear() {
 
 void ParticleStore::restore(const Sphere& s) {
   next_id_ = std::max(next_id_, s.id + 1);
-  spheres_.push_back(s), masses_.clear();
+  spheres_.push_back(s), masses_.clear(), slot_of_id_.clear();
 }
 
 std::vector<std::uint32_t> ParticleStore::take_out(double floor, const std::function<bool(const Sphere&)>& gone,
@@ -152,7 +153,7 @@ std::vector<std::uint32_t> ParticleStore::take_out(double floor, const std::func
 }
 
 void ParticleStore::number_slots() {
-  if (slot_of_id_.size() == next_id_) return;
+  if (!slot_of_id_.empty()) return;
   std::uint32_t slot = 0;
   slot_of_id_.assign(next_id_, 0);
   for (const Sphere& s : spheres()) slot_of_id_[s.id] = 1;

@@ -103,7 +103,7 @@ class ParticleStore {
   PeriodicImages images_;        ///< the last records of both arrays
   std::vector<double, LargePages<double>> masses_;
   std::uint32_t next_id_ = 0;
-  std::vector<std::uint32_t> slot_of_id_;  ///< empty once spheres were removed
+  std::vector<std::uint32_t> slot_of_id_;  ///< empty once spheres came or left
 };
 
 }  // namespace subsoil::dem

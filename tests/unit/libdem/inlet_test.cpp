@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "libdem/laws/linear.hpp"
 #include "tests/tools/dem_beds.hpp"
@@ -209,6 +210,29 @@ TEST(Inlet, ComesInItsRegionAndTouchesNothing) {
     EXPECT_NEAR(dot(s.x - centre, n), 0, 1e-12);
     EXPECT_LE(norm(s.x - centre), 0.1 - s.r + 1e-12);
   }
+}
+
+/// Numbers between those of spheres that are there already: what is written has each sphere once, where it is.
+TEST(Inlet, ComesInASnapshotBetweenEarlierNumbers) {
+  Bed bed = bin();
+  InletPlan odd = feed(400), even = feed(400);
+  odd.first_id = 1, odd.id_step = even.id_step = 2, even.from = 0.1, even.seed = 2;
+  Inlet first(odd), second(even);
+  Snapshot shot;
+  for (int step = 0; step < 2000; ++step) {
+    const double before = step > 0 ? kStep : 0;
+    first.pour(bed, before), second.pour(bed, before);
+    std::map<std::uint32_t, Vec3> places;
+    for (const Sphere& sphere : bed.spheres()) places[sphere.id] = sphere.x;
+    bed.step(kStep, {.energy = false, .snapshot = &shot});
+    ASSERT_EQ(shot.id.size(), places.size());
+    std::size_t k = 0;
+    for (const auto& [id, place] : places) {
+      ASSERT_EQ(shot.id[k], id);
+      ASSERT_EQ(norm(shot.position[k++] - place), 0);
+    }
+  }
+  EXPECT_GT(second.poured().spheres, 20U);
 }
 
 TEST(Inlet, RefusesWhatCannotBe) {
