@@ -61,10 +61,9 @@ void read_summary(RunFolder& run) {
 }
 
 /// The summary's window where it was reached, else the whole record.
-TimeWindow window_of(RunFolder& run) {
+TimeWindow window_of(const RunFolder& run) {
   const double from = run.number({"window", "from [s]"}), until = run.number({"window", "until [s]"});
-  run.window_of_summary = std::isfinite(from) && std::isfinite(until) && until > from;
-  if (run.window_of_summary) return {from, until, run.text({"window", "rule"})};
+  if (until > from) return {from, until, run.text({"window", "rule"})};
   if (!run.series) return {};
   const std::vector<double>& time = run.series->at("time");
   return {time.front(), time.back(), "the whole record: no window of steady work was reached"};
@@ -92,7 +91,8 @@ std::string RunFolder::text(const std::vector<std::string>& keys) const {
 }
 
 double RunFolder::of_summary(const std::string& column, const std::vector<std::string>& keys) const {
-  if (!window_of_summary) return std::numeric_limits<double>::quiet_NaN();
+  if (window.from != number({"window", "from [s]"}) || window.until != number({"window", "until [s]"}))
+    return std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> path{"columns", column};
   path.insert(path.end(), keys.begin(), keys.end());
   return number(path);

@@ -29,7 +29,6 @@ struct RunFolder {
   bool frames = false;               ///< run.h5 is there
   std::vector<std::string> missing;  ///< a line for each part that could not be read, and why
   TimeWindow window;                 ///< of the numbers
-  bool window_of_summary = false;    ///< it is the summary's
 
   /// Index of a column of the series, -1 without.
   int column(const std::string& name) const { return series ? series->find(name) : -1; }

@@ -70,6 +70,29 @@ TEST(Report, TableHoldsTheMeansOfTheSummaryAndTheirWindow) {
   EXPECT_EQ(nlohmann::json::parse(data["runs"][0]["energy"].dump()), summary["energy"]);
 }
 
+/// Of another window than the run's every number is of its rows.
+TEST(Report, WindowThatIsAskedForHoldsForEveryNumber) {
+  ReportRequest request;
+  request.runs = {pass() / "run"};
+  request.from = 0.08, request.until = 0.12;
+  const Json data = report_data(request);
+  const Series series = read_series(pass() / "run" / "series.csv");
+  double sum = 0, least = INFINITY, largest = -INFINITY, rows = 0;
+  for (std::size_t k = 0; k < series.at("time").size(); ++k) {
+    if (series.at("time")[k] < 0.08 - 1e-9 || series.at("time")[k] > 0.12 + 1e-9) continue;
+    const double draft = series.at("soil.draft")[k];
+    sum += draft, ++rows, least = std::min(least, draft), largest = std::max(largest, draft);
+  }
+  const auto value = [&](const char* what) {
+    const Json* found = row(data, "draft", what);
+    return found == nullptr ? NAN : (*found)["runs"][0]["value"].get<double>();
+  };
+  ASSERT_GT(rows, 30);
+  EXPECT_NEAR(value("mean"), sum / rows, (largest - least) / rows) << "the two rows at the ends may count by half";
+  EXPECT_NEAR(value("least of the rows"), least, 1e-6 * std::abs(least));
+  EXPECT_NEAR(value("largest of the rows"), largest, 1e-6 * largest);
+}
+
 /// The film is the page of `subsoil view`; still frames lie from the first frame to the end of the window.
 TEST(Report, FilmIsTheViewOfTheRun) {
   const Json data = data_of({pass() / "run"});
