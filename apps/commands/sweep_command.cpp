@@ -19,7 +19,10 @@ Study study_of(const SweepRequest& request, const SweepPlan& plan) {
   Study study;
   study.title = plan.title.empty() ? std::filesystem::path(request.plan).stem().string() : plan.title;
   study.scenario = plan.scenario;
-  for (const SweepParameter& p : plan.parameters) study.parameters.push_back(p.name);
+  for (const SweepParameter& p : plan.parameters) {
+    if (p.seeds) study.packings = study.parameters.size();
+    study.parameters.push_back(p.name);
+  }
   study.points = sweep_points(request.plan, plan);
   study.numbers = plan.numbers.empty() ? usual_numbers(load_scenario(plan.scenario, study.points.front().sets).scenario)
                                        : plan.numbers;

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "libsim/base/student.hpp"
 #include "libsim/post/statistics.hpp"
@@ -58,7 +59,7 @@ Plane plane(const Study& study, const std::vector<PointResult>& results, const s
   std::vector<std::pair<double, double>> range;
   for (std::size_t p = 0; p < study.parameters.size(); ++p) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    bool numeric = true;
+    bool numeric = p != study.packings;
     for (const std::size_t k : points) {
       const double v = study.points[k].places[p];
       numeric = numeric && std::isfinite(v);
@@ -89,6 +90,31 @@ Plane plane(const Study& study, const std::vector<PointResult>& results, const s
 }
 
 }  // namespace
+
+std::optional<Scatter> scatter(const Study& study, const std::vector<PointResult>& results, std::size_t number) {
+  if (!study.packings) return {};
+  std::map<std::vector<std::string>, std::vector<double>> settings;
+  for (const std::size_t k : finished(results, number)) {
+    std::vector<std::string> others = study.points[k].values;
+    others[*study.packings].clear();
+    settings[others].push_back(results[k].value[number]);
+  }
+  Scatter out;
+  double squares = 0;
+  for (const auto& [others, values] : settings) {
+    const auto n = static_cast<double>(values.size());
+    out.mean = 0;
+    for (const double v : values) out.mean += v / n;
+    for (const double v : values) squares += (v - out.mean) * (v - out.mean);
+    out.packings += values.size(), ++out.settings;
+  }
+  if (out.packings < out.settings + 1) return {};
+  const auto free = static_cast<double>(out.packings - out.settings);
+  out.deviation = std::sqrt(squares / free);
+  out.half_width = student_t(free) * out.deviation / std::sqrt(free + 1);
+  if (out.settings > 1) out.mean = out.half_width = no_interval;
+  return out;
+}
 
 std::vector<Effect> effects(const Study& study, const std::vector<PointResult>& results) {
   std::vector<Effect> out;

@@ -25,6 +25,16 @@ struct Effect {
   double slope = 0, slope_half = 0;
 };
 
+/// What a number does from packing to packing, all other parameters held.
+struct Scatter {
+  std::size_t packings = 0, settings = 0;  ///< finished points, and combinations of the other parameters that they have
+  double mean = 0, half_width = 0;         ///< of one combination: 95 % of the mean by Student's t; NaN of several
+  double deviation = 0;                    ///< of a single packing, pooled over the combinations
+};
+
+/// Of a study with packings; empty without a combination of two finished packings.
+std::optional<Scatter> scatter(const Study& study, const std::vector<PointResult>& results, std::size_t number);
+
 /// Effects of all parameters on all numbers, from the finished points.
 std::vector<Effect> effects(const Study& study, const std::vector<PointResult>& results);
 

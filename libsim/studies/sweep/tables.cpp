@@ -38,6 +38,18 @@ std::string without_number(const Study& study, const std::vector<PointResult>& r
       count, results.size(), study.numbers[number].name, first + 1, point_words(study, first));
 }
 
+/// Scatter of a number between packings; empty without.
+std::string scatter_words(const Study& study, const std::vector<PointResult>& results, std::size_t number) {
+  const std::optional<Scatter> s = scatter(study, results, number);
+  if (!s) return {};
+  const std::string& name = study.numbers[number].name;
+  if (s->settings == 1)
+    return fmt::format("{}: {:.5g} +- {:.2g} over {} packings (95 %), standard deviation {:.2g}\n", name, s->mean,
+                       s->half_width, s->packings, s->deviation);
+  return fmt::format("{}: standard deviation {:.2g} between packings, over {} settings of the other parameters\n", name,
+                     s->deviation, s->settings);
+}
+
 /// Of a number: of the first run that knows it.
 std::string unit_of(const std::vector<PointResult>& results, std::size_t number) {
   for (const PointResult& r : results)
@@ -185,6 +197,7 @@ std::string sweep_text(const Study& study, const std::vector<PointResult>& resul
     if (results[k].end == PointResult::End::failed)
       text += fmt::format("failed {:04} ({}): {}\n", k + 1, point_words(study, k), results[k].cause);
   for (std::size_t n = 0; n < study.numbers.size(); ++n) text += without_number(study, results, n);
+  for (std::size_t n = 0; n < study.numbers.size(); ++n) text += scatter_words(study, results, n);
   for (const Effect& e : effects(study, results))
     if (std::isfinite(e.slope))
       text += fmt::format("{} over {}: {:+.4g} +- {:.2g} from its minimum to its maximum value\n",

@@ -192,7 +192,8 @@ TEST(SweepNumber, OverTheWindowOfTheRunIsTheSummarys) {
                     {{"mean in window", 4.25},
                      {"interval of the mean, 95 %", 0.5},
                      {"steps in window", {{"min", 1.5}, {"max", 7.5}}}}}}}};
-  run.window = {0, 4, "all"}, run.window_of_summary = true;
+  run.summary["window"] = {{"from [s]", 0.0}, {"until [s]", 4.0}};
+  run.window = {0, 4, "all"};
   SweepNumber number;
   number.column = "draft";
   const auto taken = [&](SweepNumber::Take take) {
@@ -208,7 +209,7 @@ TEST(SweepNumber, OverTheWindowOfTheRunIsTheSummarys) {
   number.from = 1, number.until = 3;  // trapezium: (4 + 6) / 2 + (6 + 4) / 2 over 2 s
   EXPECT_EQ(taken(SweepNumber::Take::mean), 5.0);
   EXPECT_EQ(taken(SweepNumber::Take::largest), 6.0);
-  number.from.reset(), number.until.reset(), run.window_of_summary = false;
+  number.from.reset(), number.until.reset(), run.summary["window"]["until [s]"] = 3.5;
   EXPECT_EQ(taken(SweepNumber::Take::mean), 4.0);  // 3 + 5 + 5 + 3 over 4 s
 }
 
@@ -364,6 +365,42 @@ TEST(Effects, GiveBackAPlane) {
   EXPECT_NEAR(found[0].levels[1].half_width, 12.7062 * 10, 1e-2);
   EXPECT_EQ(best_point(results, 0, true), 4U);
   EXPECT_EQ(best_point(results, 0, false), 1U);
+}
+
+/// Numbers of packings are names: they have no slope, and take none of the freedom of the others.
+TEST(Effects, PackingsScatter) {
+  Study study;
+  study.parameters = {"a", "packing"};
+  study.packings = 1;
+  study.numbers.resize(1);
+  study.numbers[0].name = "draft";
+  std::vector<PointResult> results;
+  for (const double a : {0.0, 1.0})
+    for (const double seed : {1.0, 2.0, 3.0}) {
+      study.points.push_back({{std::to_string(a), std::to_string(seed)}, {a, seed}, {}});
+      PointResult r;
+      r.end = PointResult::End::reached;
+      r.value = {10 + a + (seed - 2)}, r.half_width = {0};
+      results.push_back(r);
+    }
+  const std::vector<Effect> found = effects(study, results);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_NEAR(found[0].slope, 1, 1e-12);
+  EXPECT_TRUE(std::isnan(found[1].slope));
+  // Residuals -1, 0, 1 twice with 4 degrees of freedom: s = 1, and 2.7764 s sqrt(2/3) for a difference of two means.
+  EXPECT_NEAR(found[0].slope_half, 2.776445 * std::sqrt(2.0 / 3), 1e-5);
+  const std::optional<Scatter> both = scatter(study, results, 0);
+  ASSERT_TRUE(both);
+  EXPECT_EQ(both->settings, 2U);
+  EXPECT_NEAR(both->deviation, 1, 1e-12);
+  results.resize(3), study.points.resize(3);
+  const std::optional<Scatter> one = scatter(study, results, 0);
+  ASSERT_TRUE(one);
+  EXPECT_NEAR(one->mean, 10, 1e-12);
+  EXPECT_NEAR(one->half_width, 4.302653 / std::sqrt(3.0), 1e-5);
+  EXPECT_NE(sweep_text(study, results, {}).find("draft: 10 +- 2.5 over 3 packings (95 %), standard deviation 1"),
+            std::string::npos)
+      << sweep_text(study, results, {});
 }
 
 // Of three points that reach their end the second has no such number; the last fails, and is said as such.
