@@ -92,7 +92,7 @@ double on_machine(const ColumnSources& from) {
 using Whole = const SoilAsWhole&;
 using From = const ColumnSources&;
 constexpr ColumnOf<SoilAsWhole> drafts[] = {
-    {"draft", "N", [](From f, Whole) { return -f.travel * on_machine<0>(f); }, true},
+    {"draft", "N", [](From f, Whole) { return -f.world.travel * on_machine<0>(f); }, true},
     {"lift", "N", [](From f, Whole) { return on_machine<1>(f); }, true}};
 
 const dem::BedEnergy& energy(From f) { return f.world.bed->energy(); }
@@ -160,7 +160,7 @@ const ColumnFamily<SurfaceRecord> servo_columns{"BOUNDARY", Taken::step, servos,
 const ColumnFamily<SoilAsWhole> draft_columns{
     "soil", Taken::step, drafts,
     "with a machine: the soil's force on all its bodies, against its travel along x (minus the sum of Fx where it "
-    "travels towards +x) and upward (the sum of Fy)"};
+    "travels towards +x: by its drivers from begin to end, else at its start) and upward (the sum of Fy)"};
 const ColumnFamily<SoilAsWhole> bed_columns{
     "", Taken::sample, bed,
     "the bed's energy balance: kinetic, of rotation (spin), potential (gravity), stored in contacts, damped, slid, "

@@ -11,7 +11,6 @@ namespace subsoil::sim {
 struct ColumnSources {
   const World& world;
   const coupling::Simulation& simulation;
-  int travel = 1;  ///< travel_direction()
 };
 
 /// What a row holds of a column, and when it is read.

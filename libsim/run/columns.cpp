@@ -10,7 +10,6 @@
 #include "libsim/document/quantity.hpp"
 #include "libsim/run/column_table.hpp"
 #include "libsim/scenario/mean_columns.hpp"
-#include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/moving_soil.hpp"
 
 namespace subsoil::sim {
@@ -37,16 +36,13 @@ void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, c
   for (const ColumnOf<Owner>& c : family.columns) {
     const std::size_t column = add(owner.empty() ? c.name : owner + "." + c.name, c.unit);
     if (c.in_summary) summarised_.push_back(column);
-    sources_[static_cast<int>(family.taken)].push_back({column, [from = ColumnSources{world_, simulation_, travel_}, of,
-                                                                 value = c.value] { return value(from, of); }});
+    sources_[static_cast<int>(family.taken)].push_back(
+        {column, [from = ColumnSources{world_, simulation_}, of, value = c.value] { return value(from, of); }});
   }
 }
 
 Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation)
-    : world_(world),
-      simulation_(simulation),
-      scenario_(loaded.scenario),
-      travel_(travel_direction(loaded.scenario, world)) {
+    : world_(world), simulation_(simulation), scenario_(loaded.scenario) {
   add("time", "s");
   if (world.machine) {
     machine_first_ = columns_.size();

@@ -143,7 +143,6 @@ class Columns {
   std::vector<double> step_begin_, step_end_;  ///< rows of both ends of a step, for formulas of means
   std::size_t machine_first_ = 0;
   std::vector<std::size_t> unit_of_;  ///< of each column: the first one with its unit
-  int travel_;                        ///< travel_direction()
   std::vector<Source> sources_[3];    ///< by Taken
   std::vector<WatchSource> watches_;
   std::vector<History> histories_;

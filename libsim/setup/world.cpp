@@ -426,6 +426,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   }
   use_soil_step(world, s, world.step.soil_step);
   add_inlets(world, loaded);
+  world.travel = travel_direction(s, world);
   return world;
 }
 

@@ -116,6 +116,7 @@ struct World {
   SoilReport soil;
   StepReport step;
   double container_shift = 0;  ///< m upward, to bring the surface to its datum
+  int travel = 1;              ///< travel_direction() at the start, whatever a restart brings
 };
 
 struct BuildOptions {

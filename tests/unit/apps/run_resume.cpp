@@ -161,6 +161,41 @@ TEST(Resume, ServoWithoutALag) {
   text.replace(text.find("at: 50 75 40 mm"), 15, "at: 50 110 40 mm");
   expect_no_seam(text);
 }
+/// Begun from a state in which its body swings back, a run gives the draft the sign that the whole run has.
+TEST(Resume, DraftOfABodyThatHasTurnedRound) {
+  const std::string text = R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}}
+contacts: [{between: [soil, soil], law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.4}]
+soil:
+  container: {size: 300 120 60 mm, at: -150 0 -30 mm, material: soil}
+  bed: {fill: random, material: soil, radius: 10 mm, depth: 50 mm, inside machine: carve}
+machine:
+  bodies: {arm: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 0.1 m, velocity: -0.8 0 m/s}}
+  joints: {rail: {translational: [ground, arm], at: 0 0.1 m, along: 1 0}}
+  forces: {spring: {spring-damper: [ground, arm], ends: [-1 0.1 m, 0 0.1 m], stiffness: 4 kN/m}}
+  surfaces: {blade: {body: arm, material: soil, box: 20 140 40 mm, at: 0 0 0 mm}}
+time: {end: 80 ms}
+output: {every: 80 ms, series every: 5 ms, state every: 40 ms}
+)";
+  const RunDirectory dir;
+  const std::string file = dir.scenario(text);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "whole"))
+    if (entry.path().filename().string().rfind("state-0.04", 0) == 0) state = entry.path();
+  ASSERT_FALSE(state.empty());
+  ASSERT_EQ(run_scenario(file, dir / "rest", {}, state), exit_ok);
+  const Series whole = read_series(dir / "whole" / "series.csv"), rest = read_series(dir / "rest" / "series.csv");
+  EXPECT_GT(rest.at("arm.vx").front(), 0) << "the body swings back";
+  double most = 0;
+  for (std::size_t i = 2; i < rest.rows(); ++i) {  // the first interval began before the state
+    const std::size_t same = whole.rows() - rest.rows() + i;
+    ASSERT_EQ(rest.at("time")[i], whole.at("time")[same]);
+    ASSERT_EQ(rest.at("soil.draft")[i], whole.at("soil.draft")[same]);
+    most = std::max(most, std::abs(rest.at("soil.draft")[i]));
+  }
+  EXPECT_GT(most, 0.1);
+}
 /// Steps that a folder's bed on its way to rest has been saved with; none: -1.
 double settling_steps(const std::filesystem::path& out) {
   if (!std::filesystem::exists(out / "settling.h5")) return -1;
