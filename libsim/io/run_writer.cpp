@@ -376,7 +376,10 @@ void RunWriter::Impl::write(const Frame& frame) {
   const std::string group = frame_group(count);
   std::vector<XdmfGrid> grids;
   const std::string soil = parts != nullptr ? write_parts(frame) : "";
-  if (!frame.position.empty()) grids.push_back(write_soil(frame, group));
+  if (parts == nullptr && !particles.id.empty()) {  // a frame without spheres has arrays without rows
+    XdmfGrid spheres = write_soil(frame, group);
+    if (!frame.position.empty()) grids.push_back(std::move(spheres));
+  }
   if (frame.contact_forces != nullptr)
     grids.push_back(write_contacts(*frame.contact_forces, group + "/contact forces"));
   for (std::size_t i = 0; i < surfaces.size(); ++i) grids.push_back(write_surface(i, frame, group));

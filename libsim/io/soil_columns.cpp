@@ -36,9 +36,15 @@ XdmfArray put_vectors(ArrayFile& file, const std::string& path, std::span<const 
                       std::span<const std::size_t> rows, const std::string& unit, double quantum) {
   const auto value = [&](std::size_t i) { return all[rows[i / 3]][static_cast<int>(i % 3)]; };
   if (file.precision() != FramePrecision::rounded) return file.put_real(path, rows.size(), 3, unit, value);
-  if (unit == "m")
-    return file.put<float>(path, rows.size(), 3, unit,
-                           [&](std::size_t i) { return std::nearbyint(value(i) / quantum) * quantum; });
+  if (unit == "m") {
+    const auto on_grid = [&](std::size_t i) { return std::nearbyint(value(i) / quantum) * quantum; };
+    // Beyond 2^24 quanta from the origin a float cannot tell neighbours on the grid apart.
+    double farthest = 0;
+    for (const std::size_t row : rows)
+      for (int d = 0; d < 3; ++d) farthest = std::max(farthest, std::abs(all[row][d]));
+    if (farthest > quantum * 0x1p24) return file.put<double>(path, rows.size(), 3, unit, on_grid);
+    return file.put<float>(path, rows.size(), 3, unit, on_grid);
+  }
   return file.put<float>(path, rows.size(), 3, unit, [&](std::size_t i) { return rounded_value(value(i)); });
 }
 

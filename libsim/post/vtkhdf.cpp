@@ -39,6 +39,7 @@ class Export {
     if (frames_.particles() > 0) soil_.emplace(begin("soil", VtkCells::vertices, {}));
     if (frames_.holds(0, "contact forces")) contacts_.emplace(begin("contact forces", VtkCells::lines, {}));
     for (const FrameSurface& s : frames_.surfaces()) surfaces_.push_back(begin_surface(s));
+    for (std::size_t k = 0; k < frames_.times().size(); ++k) position_bytes_ = std::max(position_bytes_, bytes_in(k));
     for (std::size_t k = 0; k < frames_.times().size(); ++k) add(k);
   }
 
@@ -89,6 +90,11 @@ class Export {
     return numbers(name, folder + "/" + name, Folder{source_, folder});
   }
 
+  int bytes_in(std::size_t frame) const {
+    const JoinedFrame joined(source_, group(frame));
+    return joined.holds("position") ? h5::kind_of(source_, joined.place("position")).bytes : 0;
+  }
+
   void add(std::size_t frame) {
     if (soil_) add_soil(frame);
     if (contacts_) add_contacts(frame);
@@ -98,7 +104,8 @@ class Export {
     const JoinedFrame joined(source_, group(frame));
     if (!joined.holds("position")) throw std::runtime_error(group(frame) + ": holds no positions");
     const auto read = [&](const std::string& name) { return numbers(name, joined.place(name), joined); };
-    const VtkNumbers position = read("position");
+    VtkNumbers position = read("position");
+    position.bytes = position_bytes_;  // frames far from the origin have doubles
     soil_->add_step(&position);
     for (const char* name : kMotion)
       if (joined.holds(name)) {
@@ -154,6 +161,7 @@ class Export {
   std::optional<VtkFile> soil_, contacts_;
   std::vector<VtkFile> surfaces_;
   bool table_stands_ = false;
+  int position_bytes_ = 4;  ///< of the widest frame
 };
 
 }  // namespace

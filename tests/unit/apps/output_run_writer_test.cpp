@@ -121,7 +121,7 @@ TEST(RunWriter, EveryNumberComesBackToItsPrecision) {
 
 TEST(RunWriter, SeveralChunksOfUnevenLengthComeBack) {
   test::Scratch scratch;
-  WrittenBed bed(150001);  // three chunks of 50001, 50001 and 49999 rows
+  WrittenBed bed(150001);  // ten chunks of 15001 rows, the last with 14992
   RunWriter writer(scratch.path(), bed.table, {}, {});
   writer.write(bed.frame(0, {}));
   writer.finish();
@@ -154,6 +154,46 @@ TEST(RunWriter, SurfacesStandWhereTheirPoseSays) {
   for (std::size_t i = 0; i < 12; ++i) EXPECT_NEAR(moved[i], expected[i], 1e-6) << i;  // float32 of numbers near 5
   EXPECT_FALSE(h5::exists(file, "/frames/000000/surfaces/floor")) << "a fixed surface is written once";
   EXPECT_EQ(check_xdmf(scratch / "run.xdmf"), 4);
+}
+
+/// At 2 km a float has steps of 0.1 mm.
+TEST(RunWriter, PositionsFarFromTheOriginKeepTheirPrecision) {
+  test::Scratch scratch;
+  WrittenBed bed(100);
+  RunWriter writer(scratch.path(), bed.table, {}, {});
+  for (const double away : {0.0, 2000.0}) {
+    const Frame frame = bed.frame(away > 0 ? 1 : 0, {});
+    for (Vec3& x : bed.position) x.x += away;
+    writer.write(frame);
+  }
+  writer.finish();
+  const auto file = h5::open_file(scratch / "run.h5");
+  EXPECT_EQ(h5::kind_of(file, "/frames/000000/position").bytes, 4);
+  EXPECT_EQ(h5::kind_of(file, "/frames/000001/position").bytes, 8);
+  const auto read = h5::read<double>(file, "/frames/000001/position");
+  ASSERT_EQ(read.size(), 3 * bed.position.size());
+  for (std::size_t i = 0; i < read.size(); ++i)
+    ASSERT_NEAR(read[i], bed.position[i / 3][static_cast<int>(i % 3)], 0.5e-4 * 0.010) << i;
+  check_xdmf(scratch / "run.xdmf");
+}
+
+/// Spheres that inlets pour come later: until then the arrays are there, without rows.
+TEST(RunWriter, AFrameWithoutSpheresHasEveryArray) {
+  test::Scratch scratch;
+  WrittenBed bed(6);
+  RunWriter writer(scratch.path(), bed.table, {}, {});
+  Frame frame = bed.frame(0, {});
+  const std::vector<std::int64_t> none;
+  frame.id = none;
+  frame.position = {}, frame.contacts = {};
+  for (auto column : {&Frame::velocity, &Frame::spin, &Frame::force, &Frame::torque}) frame.*column = {};
+  writer.write(frame);
+  writer.write(bed.frame(1, {}));
+  writer.finish();
+  const auto file = h5::open_file(scratch / "run.h5");
+  for (const char* array : {"position", "velocity", "contacts", "id"})
+    EXPECT_EQ(h5::shape(file, std::string("/frames/000000/") + array).front(), 0U) << array;
+  check_xdmf(scratch / "run.xdmf");
 }
 
 TEST(RunWriter, AFrameWithFewerSpheresCarriesItsOwnIds) {
