@@ -363,6 +363,9 @@ struct OutputChecks : Checks {
         if (dot == std::string::npos) break;  // a column of the whole run, such as an energy
         Names all = touched;
         all.insert(all.end(), {"soil", "energy", "interface"});
+        if (s.soil && s.soil->moving) all.emplace_back("window");
+        if (s.soil)
+          for (const InletSection& inlet : s.soil->inlets) all.push_back(inlet.name);
         for (const Names* more : {&joints, &drivers, &forces, &measures, &controllers})
           all.insert(all.end(), more->begin(), more->end());
         const std::string owner = watch.of.substr(0, dot);

@@ -35,7 +35,7 @@ boundaries:
   - {name: left, material: steel, shape: {box: 140 10 180 mm}, at: -70 70 0 mm, rotation: {angle: -45 deg}}
   - {name: right, material: steel, shape: {box: 140 10 180 mm}, at: 70 70 0 mm, rotation: {angle: 45 deg}}
 time: {end: 1.2 s}
-output: {every: 50 ms, series every: 10 ms}
+output: {every: 50 ms, series every: 10 ms, monitor: {fed: feed.poured}}
 )";
 
 TEST(Inlets, AHopperThatIsFedComesToTheRateOfItsInlet) {
@@ -53,6 +53,7 @@ TEST(Inlets, AHopperThatIsFedComesToTheRateOfItsInlet) {
   // Mass: what came is there or was removed, each sphere once, in every frame.
   const FramesFile frames(dir / "out" / "run.h5");
   const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_EQ(series.at("fed"), series.at("feed.poured")) << "a monitor reads any column";
   std::vector<double> there;
   for (std::size_t f = 0; f < frames.times().size(); ++f)
     there.push_back(static_cast<double>(frames.spheres(f, false).index.size()));
