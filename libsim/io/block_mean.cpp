@@ -80,7 +80,8 @@ double BlockMean::trend() const { return line().change; }
 
 bool BlockMean::steady() const {
   const Line l = line();
-  return !(std::abs(l.change) > std::max(l.interval, interval()));
+  constexpr double rounding = 1e-9;  // of the mean: what a constant signal changes by
+  return !(std::abs(l.change) > std::max({l.interval, interval(), rounding * std::abs(mean())}));
 }
 
 }  // namespace subsoil::sim

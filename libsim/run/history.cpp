@@ -33,6 +33,7 @@ void History::add(double t, double y, double middle) {
     start_ = t_ = t, y_ = y;
     if (rule_.kind == Watch::Kind::mean || rule_.kind == Watch::Kind::maximum || rule_.kind == Watch::Kind::minimum)
       value_ = y;
+    if (rule_.kind == Watch::Kind::derivative) value_ = std::numeric_limits<double>::quiet_NaN();  // of one instant
     take_count(y);
     value_ = rule_.kind == Watch::Kind::count ? 0 : value_;
     return;

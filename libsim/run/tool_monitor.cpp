@@ -23,8 +23,11 @@ ToolMonitor::ToolMonitor(RunOutput& output)
 void ToolMonitor::set_window() {
   const Window& w = o_.s.output.window;
   const double start = o_.simulation.time(), end = o_.s.time.end;
+  double longest = end - start;
   if (w.from || w.until) {
-    o_.summary->set_window(w.from.value_or(0), w.until.value_or(end), "given in output.window");
+    const double from = w.from.value_or(0), until = w.until.value_or(end);
+    o_.summary->set_window(from, until, "given in output.window");
+    longest = std::min(until, end) - from;  // what was asked for stands, though no period fits in
   } else if (!progress_.any_passes()) {
     o_.summary->set_window(start, end, "no tool passes through soil: the whole run");
   } else {
@@ -32,7 +35,7 @@ void ToolMonitor::set_window() {
     o_.summary->set_provisional_window(start, end, "no tool passed through soil: the whole run");
   }
   const double period = period_of(o_.s);
-  if (period > 0 && period < end - start) o_.summary->take_whole_periods(period);
+  if (period > 0 && period < longest) o_.summary->take_whole_periods(period);
   if (std::isnan(period)) o_.warn("the given motions have no period in common: means are over the whole window");
 }
 
