@@ -16,6 +16,7 @@
 #include "libsim/document/library.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/run/exchange_advice.hpp"
+#include "libsim/run/physics_watch.hpp"
 #include "libsim/run/surface_meeting.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
@@ -97,6 +98,15 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
     out.push_back(
         fmt::format("{}: the bed covers {:.2g} of the container's floor of {:.4g} by {:.4g} m; is the unit right?",
                     loaded.where("soil.container.size"), volume / layer, size.x, size.z));
+  Faces walls{}, open{};
+  for (std::size_t f = 0; f < walls.size(); ++f) walls[f] = has_wall(*s.soil->container, f);
+  if (const std::size_t count = beyond(walls, s, world, open); count > 0)
+    out.push_back(
+        fmt::format("{}: {} of {} spheres start beyond a wall of the container, which holds ({:.4g}, {:.4g}, "
+                    "{:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m: are their places and units right?",
+                    loaded.where("soil.bed"), count, world.bed->spheres().size(), s.soil->container->at.x,
+                    s.soil->container->at.y, s.soil->container->at.z, s.soil->container->at.x + size.x,
+                    s.soil->container->at.y + size.y, s.soil->container->at.z + size.z));
 }
 
 void look_at_carved(const Loaded& loaded, const World& world, Texts& out) {
@@ -287,6 +297,7 @@ void look_at_bridges(const Loaded& loaded, const World& world, Texts& out) {
 void look_at_fixed(const Loaded& loaded, const World& world, Texts& out) {
   const Scenario& s = loaded.scenario;
   constexpr int places = 400;
+  if (world.moving) return;  // its fixed spheres hold the ends of the window, which moves on
   for (const coupling::GivenMotion& m : world.motions) {
     if (m.servo) continue;
     const dem::Boundary& b = world.bed->boundary(m.boundary);

@@ -136,10 +136,10 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
   const std::size_t count = beyond(closed, s_, world, open);
   if (count == 0) return std::nullopt;
   said_outside_ = true;
-  return Finding{
-      fmt::format("{} sphere{} beyond a wall of the container: pressed through it or fallen over its rim; make the "
-                  "container higher or its contacts stiffer",
-                  count, count == 1 ? " is" : "s are")};
+  return Finding{fmt::format(
+      "{} sphere{} beyond a wall of the container: pressed through it, fallen over its rim or placed there; make the "
+      "container higher or its contacts stiffer",
+      count, count == 1 ? " is" : "s are")};
 }
 
 std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const EnergyStart& start, double fastest) {
