@@ -15,8 +15,8 @@ std::string line_of(const Plan& plan, const Evaluation& e, std::size_t number) {
   if (!e.complete()) return line + "  " + e.failure;
   for (std::size_t k = 0; k < plan.targets.size(); ++k) {
     const HandyUnit handy = handy_unit(plan.targets[k].unit, e.found[k]);
-    line += fmt::format("  {} {:.4g}+-{:.2g} {}", plan.targets[k].name(), e.found[k] * handy.factor,
-                        e.error[k] * handy.factor, handy.unit == "1" ? "" : handy.unit);
+    line += fmt::format("  {} {:.4g} {} (standard error {:.2g})", plan.targets[k].name(), e.found[k] * handy.factor,
+                        handy.unit == "1" ? "" : handy.unit, e.error[k] * handy.factor);
   }
   return line;
 }

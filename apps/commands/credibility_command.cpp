@@ -89,7 +89,7 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
       "credibility", "how far a scenario's numbers depend on step, stiffness, radius, bin, packing and coupling");
   word->footer(
       "Says first what it will cost. Every finished run is kept in the folder: the same command goes on where it was\n"
-      "stopped. What the verdicts mean: docs/reference/sweep.md");
+      "stopped. What the verdicts mean: docs/reference/credibility.md");
   word->add_option("scenario", request.scenario, "scenario file (YAML)")->required()->type_name(takes_yaml);
   word->add_option("--set", request.sets, "override a value of the scenario: path=value (may be repeated)")
       ->allow_extra_args(false)

@@ -11,7 +11,7 @@ namespace subsoil::sim {
 CLI::App* add_export(CLI::App& app, ExportWords& words) {
   CLI::App* word = app.add_subcommand("export", "a run's frames in another program's format");
   word->footer(
-      "vtkhdf: VTKHDF 2.1, read back with VTK 9.7. Soil, contact forces and every surface are blocks "
+      "vtkhdf: VTKHDF 2.0, read back with VTK 9.7. Soil, contact forces and every surface are blocks "
       "of "
       "polygonal data; every frame is a step.\n"
       "Arrays and restrictions: docs/reference/export.md");

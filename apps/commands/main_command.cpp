@@ -148,7 +148,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateRequest& request) {
   CLI::App* word = app.add_subcommand("calibrate", "find contact parameters that meet measured laboratory tests");
   word->footer(
       "Evaluations are kept in the folder: the same command goes on where it was stopped. Keys: "
-      "docs/reference/keys.md; method: docs/reference/laboratory-tests.md");
+      "docs/reference/keys.md; method: docs/reference/calibrate.md");
   add_plan_options(*word, request, "scenario, parameters, targets");
   word->add_option("--pictures", request.pictures, "kind of the pictures in it")
       ->check(CLI::IsMember({"svg", "png", "pdf"}));

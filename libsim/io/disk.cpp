@@ -30,7 +30,7 @@ const char* cure_of(int error) {
   switch (error) {
     case ENOSPC:
     case EDQUOT:
-      return "make room there, then continue with `subsoil resume`";
+      return "make room there, then continue: a run by `subsoil resume`, a study by the command that began it";
     case EFBIG:
       return "the limit on the size of a file (ulimit -f) is too low";
     case EMFILE:

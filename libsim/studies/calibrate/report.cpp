@@ -28,7 +28,7 @@ std::string set_table(const Plan& plan, const Calibrated& c) {
 
 std::string target_table(const Calibrated& c) {
   std::string text =
-      "| target | wanted | tolerance | surrogate at the set | simulated nearest | +- | off, deviations |\n"
+      "| target | wanted | tolerance | surrogate at the set | simulated nearest | standard error | off, deviations |\n"
       "|---|---|---|---|---|---|---|\n";
   const Evaluation& e = c.evaluations[c.nearest];
   for (std::size_t k = 0; k < c.targets.size(); ++k) {
@@ -85,7 +85,7 @@ std::string blind_text(const Plan& plan, const Calibrated& c) {
                 : "\nFewer targets than parameters: the scaled slopes are singular.\n";
   if (blind)
     text +=
-        "\nA combination that is not told moves the targets by less than their deviations over its whole range: along "
+        "\nA combination that is not determined moves the targets by less than their deviations over its whole range: along "
         "it "
         "the set is one of many. Add a target that depends on it, lower the tolerances, or fix one of its "
         "parameters.\n";

@@ -53,7 +53,7 @@ std::string words_of(const Verdict& v, const Axes& axes) {
     case Verdict::Kind::not_converged:
       return "not converged in " + axes.axes[v.axis].name;
     case Verdict::Kind::not_told:
-      return "not told: the uncertainty is as large as the tolerance; longer steady work or more packings";
+      return "inconclusive: the uncertainty is as large as the tolerance; longer steady work or more packings";
     case Verdict::Kind::scatter:
       return "scatter of the packings";
     case Verdict::Kind::failed:
@@ -119,7 +119,7 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
     else if (bad.empty() && open.empty())
       text += ": converged in every axis that ran";
     if (!bad.empty()) text += ": not converged in " + bad;
-    if (!open.empty()) text += (bad.empty() ? ": not told in " : ", not told in ") + open;
+    if (!open.empty()) text += (bad.empty() ? ": inconclusive in " : ", inconclusive in ") + open;
     if (!index.empty()) text += "; grid convergence index: " + index;
     lines.push_back(text);
   }

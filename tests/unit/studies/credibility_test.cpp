@@ -229,7 +229,7 @@ TEST(CredibilityVerdict, FollowsTheRule) {
   EXPECT_EQ(c.verdicts[3].kind, Verdict::Kind::failed);
   const std::string line = credibility_lines(axes, study, c).front();
   EXPECT_NE(line.find("draft 1000, +- 10 packing, +0.6 % step, +44.0 % stiffness"), std::string::npos) << line;
-  EXPECT_NE(line.find(": not converged in stiffness, not told in bin across"), std::string::npos) << line;
+  EXPECT_NE(line.find(": not converged in stiffness, inconclusive in bin across"), std::string::npos) << line;
   EXPECT_NE(line.find("grid convergence index: step 1.8 %"), std::string::npos) << line;
   // Without packings the records' own intervals: sqrt(10^2 + 10^2)/1000.
   results.resize(5), axes.axes.resize(5);
