@@ -228,6 +228,10 @@ class RunReader {
     if (run.series) part_.json["stills"] = numbers(still_times(run, run.series->at("time")));
     if (run.frames) tool = read_frames();
     take_scene();
+    if (request_.soil && !draft_of(run))
+      run.missing.push_back(
+          "models of the draft: the series has no column draft or soil.draft to set them beside; monitor the force of "
+          "the soil on the tool as `draft`");
     for (const ModelBand& m : model_bands(run, tool, request_.soil)) {
       Json band{{"name", m.name}, {"text", m.text}};
       if (m.band) band["low"] = json_rounded(m.band->low), band["high"] = json_rounded(m.band->high);

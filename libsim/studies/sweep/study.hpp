@@ -13,8 +13,8 @@ namespace subsoil::sim {
 
 struct Study {
   std::string title, scenario;
-  std::vector<std::string> parameters;  ///< names
-  std::optional<std::size_t> packings;  ///< the parameter given by `seeds`: names of packings, not an amount
+  std::vector<std::string> parameters;    ///< names
+  std::optional<std::size_t> packings{};  ///< the parameter given by `seeds`: names of packings, not an amount
   std::vector<SweepPoint> points;
   std::vector<SweepNumber> numbers;
   Keep keep = Keep::numbers;
