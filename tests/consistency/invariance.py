@@ -1,6 +1,7 @@
 """Invariance: another frame, other names, another order, other units, another way to the same file, other observers."""
 import math
 import random
+import shutil
 
 import compare
 from case import last_line, relation
@@ -194,3 +195,49 @@ def continuation(case):
         return [f"{n} from a state differs by {s:.3g} of its size" for n, s in sizes.items()
                 if s > max(case.floor, 10 * response.get(n, 0))][:3]
     return compare.bits(a, b, skip)[:3]
+
+
+OF_THE_MACHINE = ("wall time [s]", "peak memory [bytes]", "particle-steps per second", "settling wall time [s]", "cost")
+
+
+@relation("soil", "coupled", "machine")
+def resume(case):
+    """A run cut after its first state and resumed leaves the same rows and the same summary."""
+    if not case.base.ended or case.scenario.analysis != "dynamics":
+        return []
+    end = case.tree["time"]["end"].values[0]
+    output = {**case.tree["output"], "state every": Quantity((end * case.rng.uniform(0.2, 0.8),), "s")}
+    if "machine" in case.tree:
+        v = f"{next(iter(case.tree['machine']['bodies'])).text}.vx"
+        output["monitor"] = {"way": {"integral": v}, "top": {"maximum": v}, "average": {"mean": v}}
+    first = case.program.run({**case.tree, "output": output})
+    states = first.states() if first.ended else []
+    if len(states) < 2:
+        return []
+    cut = Result(first.folder.with_name("cut"), 0, "", "", first.scenario)
+    shutil.copytree(first.folder, cut.folder)
+    (cut.folder / "summary.json").unlink()
+    for _, path in states[1:]:
+        (cut.folder / path.name).unlink()
+    code, stdout, stderr = case.program.command("resume", cut.folder)
+    if code:
+        return [f"resume: exit code {code}: {last_line(stdout + stderr)}"]
+    if "soil" in case.tree:
+        answer = compare.bits(first.table(), cut.table())[:2]
+        a, b = (dict(leaves(run.summary())) for run in (first, cut))
+        answer += [f"summary {name}: {a.get(name)!r} whole, {b.get(name)!r} resumed" for name in sorted({*a, *b}) if a.get(name) != b.get(name)]
+        return answer[:4]
+    # The integrator of a machine alone starts again, so the motion agrees to its tolerance.
+    if len(first.table()["time"]) != len(cut.table()["time"]):
+        return [f"{len(cut.table()['time'])} rows resumed, {len(first.table()['time'])} whole"]
+    sizes, response = compare.differences(first.table(), cut.table(), first.units), case.response()
+    return [f"{n} resumed differs by {s:.3g} of its size" for n, s in sizes.items() if s > max(case.floor, 10 * response.get(n, 0))][:3]
+
+
+def leaves(node, path=""):
+    if isinstance(node, dict):
+        for key, value in node.items():
+            if key not in OF_THE_MACHINE:
+                yield from leaves(value, f"{path}/{key}")
+    else:
+        yield path, node

@@ -50,6 +50,10 @@ class Miniature(Program):
 
     def command(self, word, path, *options, limit=None, cwd=None):
         self.runs += 1
+        if word == "report":
+            return self.report(pathlib.Path(path), pathlib.Path(options[options.index("--out") + 1]))
+        if word == "resume":
+            return self.resume(pathlib.Path(path))
         document = read(pathlib.Path(path))
         out = pathlib.Path(options[options.index("--out") + 1]) if "--out" in options else pathlib.Path(path).parent / "none"
         for option, value in zip(options, options[1:]):
@@ -62,6 +66,22 @@ class Miniature(Program):
         if word == "check":
             return (2 if "check refuses" in self.faults else 0), "", "checked\n"
         self.simulate(document, out, [str(o) for o in options])
+        return 0, "", ""
+
+    def report(self, folder, path):
+        columns = json.loads((folder / "summary.json").read_text())["columns"]
+        share = 1.001 if "report" in self.faults else 1.0
+        numbers = [{"quantity": name, "statistic": "mean", "value": entry["mean in window"] * share} for name, entry in columns.items()]
+        path.write_text('{"numbers":' + json.dumps(numbers) + "}")
+        return 0, "", ""
+
+    def resume(self, folder):
+        """Steps the whole again, which an honest program need not."""
+        whole = folder.with_name(f"{folder.name} again")
+        self.simulate(read(folder.parent / "scenario.yaml"), whole, [])
+        rows = (whole / "series.csv").read_text().splitlines(keepends=True)
+        (folder / "series.csv").write_text("".join(rows[:-1] if "resume" in self.faults else rows))
+        (folder / "summary.json").write_text((whole / "summary.json").read_text())
         return 0, "", ""
 
     def run(self, tree, view=None, options=(), word="run", limit=None):
@@ -164,6 +184,7 @@ class Miniature(Program):
             else:
                 values = v**2 + 1
             columns[f"{name} [{watch.get('unit', 'm')}]"] = values
+        columns["rest.contacts [1]"] = 0 * t + 0.5 * ("counts" in faults)
         columns["energy.lost [J]"] = (t[-1] - t if "losses" in faults else t)
         if "soil" in d:
             zero = 0 * t

@@ -1,4 +1,6 @@
-"""Outputs against each other: what a run prints, its rows, its summary, `check`, watches."""
+"""Outputs against each other: what a run prints, its rows, its summary, `check`, watches, `report`."""
+import json
+
 import numpy
 
 import compare
@@ -157,3 +159,44 @@ def python_module(case):
         if places and not numpy.array_equal(run.frames[-1].position[:, 0], places["sphere place.x"]):
             answer.append("frames[-1].position: other numbers in Python")
     return answer[:3]
+
+
+COUNTS = (".open", ".sticking", ".contacts", ".spheres", "soil.bonds", "soil.bonds broken in tension", "soil.bonds broken in shear", "soil.frozen spheres")
+
+
+@relation("machine", "soil", "coupled")
+def counts(case):
+    """States of joints and friction, and numbers of contacts, bonds and spheres, are whole in every row."""
+    if not case.base.ended:
+        return []
+    broken = {name: values for name, values in case.base.table().items() if name.endswith(COUNTS) and (values != numpy.round(values)).any()}
+    return [f"{name}: {values[values != numpy.round(values)][0]!r} is no whole number" for name, values in broken.items()][:3]
+
+
+@relation("machine", "soil", "coupled")
+def report(case):
+    """`report` gives the means and extremes of the window as the summary does, under the column's name."""
+    if not case.base.ended or case.scenario.analysis != "dynamics":
+        return []
+    path = case.base.folder.parent / "report.html"
+    code, stdout, stderr = case.program.command("report", case.base.folder, "--out", path)
+    if code:
+        return [f"report: exit code {code}: {last_line(stdout + stderr)}"]
+    summary, answer = case.base.summary()["columns"], []
+    for number in embedded(path.read_text(), '"numbers":'):
+        name, word = number["quantity"], number["statistic"]
+        entry = summary.get(name) or summary.get({"draft": "soil.draft", "lift": "soil.lift"}.get(name))
+        if entry is None or word not in ("mean", "least", "largest"):
+            continue
+        right = entry["mean in window"] if word == "mean" else (entry["steps in window"] or {}).get({"least": "min", "largest": "max"}[word])
+        size = max(abs((entry["steps in window"] or {}).get(side, 0.0)) for side in ("min", "max"))
+        # Six digits are printed, of numbers that may be small differences of large ones.
+        if right is not None and abs(number["value"] - right) > 1e-5 * max(size, abs(right)):
+            answer.append(f"{name}: {word} {number['value']:.6g} in the report, {right:.6g} in the summary")
+    return answer[:3]
+
+
+def embedded(text, key):
+    """The JSON value that follows the key's first place in a page."""
+    at = text.find(key)
+    return json.JSONDecoder().raw_decode(text, at + len(key))[0] if at >= 0 else []

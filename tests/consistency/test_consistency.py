@@ -86,7 +86,8 @@ PLANTED = {
     "torque of soil": (soil, "torque"), "mass and energy of soil": (soil, "mass"), "work at the interface": (coupled, "interface"),
     "impulse of machine": (coupled, "impulse"), "watches": (machine, "integral"), "work of driver": (driven, "driver"), "losses": (machine, "losses"),
     "python module": (machine, "python"),
-    "equilibrium is at rest": (balanced, "equilibrium"), "fixed spheres": (stones, "fixed moves"), "overlaps are felt": (stones, "contacts"),
+    "equilibrium is at rest": (balanced, "equilibrium"), "counts": (machine, "counts"), "report": (machine, "report"), "resume": (machine, "resume"),
+    "fixed spheres": (stones, "fixed moves"), "overlaps are felt": (stones, "contacts"),
 }
 
 
