@@ -216,8 +216,9 @@ class Bed {
   /// Continues with the same bits. Throws std::invalid_argument for a checkpoint of another bed.
   void restore(const Checkpoint& to);
 
-  /// Adds spheres with the contacts that they come with: of a state the spheres, whose ids must be new, the pairs and
-  /// the contacts at surfaces, which may name spheres that are there. Throws std::invalid_argument.
+  /// Adds spheres with the contacts that they come with: of a state the spheres, whose ids must be new, the pairs, the
+  /// bonds, which count as formed, and the contacts at surfaces; these may name spheres that are there. Throws
+  /// std::invalid_argument.
   void insert(const State& part);
   /// All contacts that carry a force as the spheres are now: what a step that asks for them would report.
   std::vector<ContactRecord> contacts();

@@ -97,6 +97,7 @@ struct Ring {
 template <class T>
 struct ContactSums {
   T damped, slid, rolled;  ///< J lost in dashpots and plastically, in sliding, in rolling
+  T yielded;               ///< J lost by plastic bending of bonds
   T stored;                ///< J
   T within_cutoff;         ///< contacts: 1 or 0
   T overlap;               ///< over the smaller radius; of several the maximum
@@ -104,8 +105,8 @@ struct ContactSums {
   /// use(a's, b's) for each; the overlap, of which the maximum counts, goes to `largest`(a's, b's).
   template <class A, class B, class Use, class Largest>
   [[gnu::always_inline]] static void each(A& a, B& b, const Use& use, const Largest& largest) {
-    use(a.damped, b.damped), use(a.slid, b.slid), use(a.rolled, b.rolled), use(a.stored, b.stored);
-    use(a.within_cutoff, b.within_cutoff);
+    use(a.damped, b.damped), use(a.slid, b.slid), use(a.rolled, b.rolled), use(a.yielded, b.yielded);
+    use(a.stored, b.stored), use(a.within_cutoff, b.within_cutoff);
     largest(a.overlap, b.overlap);
   }
 };

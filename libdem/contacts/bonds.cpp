@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libdem/laws/bond.hpp"
+#include "libdem/laws/contact.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -12,6 +13,19 @@ namespace {
 /// Share of the smaller radius that counts as touching: spheres of 5 mm whose coordinates, a hundred metres from the
 /// origin, are off by some hundred roundings still do. A bond of this stretch bears a billionth of its modulus.
 constexpr double kTouching = 1e-9;
+
+/// What the contact stores that replaces a broken bond, J: its spring was not there in the step before.
+double stored_in_contact(const Law& law, const Sphere& a, const Sphere& b, double overlap) {
+  if (!law->bond()->replaces_contact()) return 0;
+  double memory[kOwnMemory] = {};
+  const Approach<double> touch{.overlap = overlap,
+                               .rate = 0,
+                               .root_m = std::sqrt(a.m * b.m / (a.m + b.m)),
+                               .r_eff = a.r * b.r / (a.r + b.r),
+                               .elapsed = 0,
+                               .per_sum = 1 / (a.r + b.r)};
+  return law->normal(touch, memory).stored;
+}
 
 }  // namespace
 
@@ -39,7 +53,7 @@ void count_bonds(const ContactStore& contacts, const ContactLaws& laws, const Pa
 void Bonds::form_due(double until, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws) {
   for (std::uint32_t law = 0; law < laws.count(); ++law) {
     const Bond* bond = laws[law]->bond();
-    if (bond == nullptr || formed[law] != 0 || bond->time > until) continue;
+    if (bond == nullptr || bond->replaces_contact() || formed[law] != 0 || bond->time > until) continue;
     formed[law] = 1;
     for (const PairRun& run : contacts.runs)
       if (run.law == law) form_in_run(run, bond->gap, contacts, particles, laws.pair_memory(law));
@@ -69,12 +83,13 @@ void Bonds::record_broken(double time, ContactStore& contacts, const ParticleSto
   for (std::uint32_t r = 0; r < contacts.runs.size(); ++r) {
     if (broke_in_run_[r] == 0) continue;
     broke_in_run_[r] = 0;
-    record_run(contacts.runs[r], time, contacts, particles, laws.pair_memory(contacts.runs[r].law), lost);
+    record_run(contacts.runs[r], time, contacts, particles, laws, lost);
   }
 }
 
 void Bonds::record_run(const PairRun& run, double time, ContactStore& contacts, const ParticleStore& particles,
-                       const MemoryShape& shape, double& lost) {
+                       const ContactLaws& laws, double& lost) {
+  const MemoryShape& shape = laws.pair_memory(run.law);
   contacts.each_lane(run, [&](std::uint32_t block, std::uint32_t lane) {
     const BlockMemory memory = contacts.memory(run, block, shape);
     const BondMemory<double> bond = read_bond(memory, shape, lane);
@@ -86,11 +101,12 @@ void Bonds::record_run(const PairRun& run, double time, ContactStore& contacts, 
     const double distance = norm(apart);
     const bool tension = bond.state < kBrokeInShear;
     ++(tension ? count.broken_in_tension : count.broken_in_shear);
-    lost += bond.released;
+    const double energy = bond.released - stored_in_contact(laws[run.law], a, b, a.r + b.r - distance);
+    lost += energy;
     broken.push_back({.time = time,
                       .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},
                       .position = b.x + (0.5 * (b.r + distance - a.r) / distance) * apart,
-                      .energy = bond.released,
+                      .energy = energy,
                       .in_tension = tension});
   });
 }

@@ -16,7 +16,7 @@ namespace subsoil::dem {
 /// | may_form        | users                                                        | each step           |
 /// | formed (by law) | `form_due`, restarts                                         | `form_due`, restarts|
 /// | broke_in_run    | workers, of the runs they evaluate, during the sweep         | `record_broken`     |
-/// | count, broken   | `form_due`, `record_broken`, rebuilds (removed), restarts    | users               |
+/// | count, broken   | `form_due`, `Bed::insert`, `record_broken`, rebuilds (removed), restarts | users  |
 ///
 /// A flag per run in place of a list of what broke: several workers may evaluate blocks of one run, nothing is broken
 /// in nearly all steps, and the order of the records must follow the lists and not the threads.
@@ -44,7 +44,7 @@ class Bonds {
   void form_in_run(const PairRun& run, double gap, ContactStore& contacts, const ParticleStore& particles,
                    const MemoryShape& shape);
   void record_run(const PairRun& run, double time, ContactStore& contacts, const ParticleStore& particles,
-                  const MemoryShape& shape, double& lost);
+                  const ContactLaws& laws, double& lost);
 
   std::vector<char> broke_in_run_;  ///< a byte of its own for each, threads write them
 };

@@ -105,8 +105,8 @@ using MeetingOf = std::conditional_t<Pair && kBonds<L>, BondedMeeting<P>, Meetin
 
 template <class P>
 struct Response {
-  P f[3], t_i[3], t_j[3];          ///< on i; t_j of a surface: its rolling torque only
-  P damped, slid, rolled, stored;  ///< J
+  P f[3], t_i[3], t_j[3];                   ///< on i; t_j of a surface: its rolling torque only
+  P damped, slid, rolled, yielded, stored;  ///< J
 };
 
 /// `Pair`: two spheres; else a sphere and a surface.
@@ -184,7 +184,7 @@ template <bool Pair, bool Rolls, bool Usual, class P, class L>
   }
   out.damped = half * (h.dash_n + normal.damping) * (-a.v_n) * dt + normal.lost + slide.damped;
   out.slid = slide.slid;
-  out.rolled = zero;
+  out.rolled = out.yielded = zero;
   out.stored = normal.stored + half * normal.k_t * dot3(slide.x, slide.x);
   if constexpr (Rolls) {
     turn_with_normal(h.rho, a.n, a.n_mid);
@@ -207,6 +207,17 @@ template <bool Pair, bool Rolls, bool Usual, class P, class L>
   return out;
 }
 
+/// What a contact gives and remembers vanishes where a bond replaces it.
+template <class Has, class P>
+[[gnu::always_inline]] inline void vanish(Mask<P> where, const Has& has, Response<P>& out, ContactMemory<P>& h) {
+  const P zero(0.0);
+  const auto clear = [&](P& x) { x = select(where, zero, x); };
+  for (int d = 0; d < 3; ++d) clear(out.f[d]), clear(out.t_i[d]), clear(out.t_j[d]);
+  clear(out.damped), clear(out.slid), clear(out.rolled), clear(out.stored);
+  each_field(
+      has, h, [&](P& x, int) { clear(x); }, [&](P& x, int) { clear(x); });
+}
+
 /// The bond's part beside that of the contact. Returns whether one broke in any lane.
 template <class L, class P>
 [[gnu::always_inline]] inline bool respond_bond(const L& law, const BondedMeeting<P>& a, BondMemory<P>& memory,
@@ -226,6 +237,7 @@ template <class L, class P>
     out.t_j[d] = out.t_j[d] + a.l_j * q + moment;
   }
   out.damped = out.damped + b.damped;
+  out.yielded = b.yielded;
   out.stored = out.stored + b.stored;
   return any(b.broke);
 }

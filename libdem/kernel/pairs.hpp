@@ -87,14 +87,20 @@ template <bool Rolls, bool Accumulate, class P, class L>
   const Remembers<L, Rolls> has(law);
   ContactMemory<P> h = load_memory<P, Accumulate>(has, memory, first);
   Response<P> c = respond<true, Rolls, !Accumulate, P>(law, a, h, elapsed);
-  store_memory<P, Accumulate>(has, h, memory, first);
+  P touching = a.overlap;
   bool broke = false;
   if constexpr (kBonds<L>) {
     BondMemory<P> bond = load_bond<P, Accumulate>(memory, first);
+    if (law.bond.replaces_contact()) {
+      const auto bonded = bond.state > P(0.5);
+      vanish(bonded, has, c, h);
+      touching = select(bonded, P(-1.0), touching);
+    }
     broke = respond_bond(law, a, bond, job.elapsed, c);
     store_bond<P, Accumulate>(bond, broke, memory, first);
   }
-  store_pushes<Accumulate>(c, a.overlap, same_torque, out, first);
+  store_memory<P, Accumulate>(has, h, memory, first);
+  store_pushes<Accumulate>(c, touching, same_torque, out, first);
   if constexpr (Accumulate) {
     if (job.accumulate) {
       using Columns = decltype(BlockResult::sums);
@@ -102,7 +108,7 @@ template <bool Rolls, bool Accumulate, class P, class L>
         store_doubles(p, [&](int b) { return out[b]->sums.*column + first; });
       };
       put(&Columns::damped, c.damped), put(&Columns::slid, c.slid), put(&Columns::rolled, c.rolled);
-      put(&Columns::stored, c.stored);
+      put(&Columns::yielded, c.yielded), put(&Columns::stored, c.stored);
       put(&Columns::within_cutoff, select(a.overlap > P(-job.cutoff), P(1.0), P(0.0)));
       put(&Columns::overlap, a.overlap / a.effective.smaller);
     }

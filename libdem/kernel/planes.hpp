@@ -16,7 +16,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
   const Remembers<L, Rolls> has(law);
   const MemoryShape shape = has.shape(false, false);
   const VecD zero(0.0), one(1.0);
-  ContactSums<VecD> sums{zero, zero, zero, zero, zero, zero};
+  ContactSums<VecD> sums{zero, zero, zero, zero, zero, zero, zero};
   VecD force[3] = {zero, zero, zero}, moment[3] = {zero, zero, zero};
   const VecD half_dt(0.5 * job.elapsed);
   for (std::uint32_t b = 0; b < job.count; ++b) {

@@ -32,8 +32,9 @@ void run_surface(const L& law, SurfaceJob& job) {
     const Response<VecD> c = respond<false, Rolls, false, VecD>(law, meeting, h, job.elapsed);
     store_memory<VecD, true>(has, h, memory, first);
     store_response(c, select(a.overlap > zero, one, zero), job.f + first, job.t_i + first, job.t_j + first);
-    const ContactSums<VecD> sums{
-        c.damped, c.slid, c.rolled, c.stored, select(a.overlap >= VecD(-job.cutoff), one, zero), a.overlap / i.r};
+    const ContactSums<VecD> sums{c.damped,       c.slid,   c.rolled,
+                                 c.yielded,      c.stored, select(a.overlap >= VecD(-job.cutoff), one, zero),
+                                 a.overlap / i.r};
     const auto put = [&](VecD p, double* column) { store(p, column + first); };
     ContactSums<VecD>::each(sums, job.sums, put, put);
   }

@@ -23,10 +23,17 @@
 /// tau_c tensile and shear strength Pa, phi_c friction angle of the bond.
 /// Dashpots 2 zeta sqrt(m k) beside each of the four springs; strengths judge the springs alone. s and phi turn with
 /// the pair: with n, and about n by the mean angular velocity of both spheres.
-/// Energy: each spring's k x^2/2; what a bond holds when it breaks is lost in breaking.
+/// With a yield stress sigma_y bending is elastic and perfectly plastic:
+///     |M_b| <= M_p = (4/3) R^3 sigma_y      the plastic moment of a round section, all of which yields
+/// What phi exceeds by is no longer stored: permanent curvature. M_p and not the moment pi R^3/4 sigma_y at which the
+/// outer fibre begins to yield, since the plateau decides how far a section folds.
+/// Energy: each spring's k x^2/2; what a bond holds when it breaks is lost in breaking, plastic work in yielding.
+/// A bond of kind `fibre` comes with its spheres, neighbours in a chain, and replaces their contact while it holds;
+/// `parallel` forms between all that touch, and acts beside the contact.
 /// A row of equal spheres is a beam of modulus E, section A, I and shear stiffness E A/ratio (docs/theory).
 /// Source: Potyondy & Cundall 2004, Int. J. Rock Mech. Min. Sci. 41, 1329; beta: Potyondy 2011; tau_c with a friction
-/// angle: PFC. The contact goes on beside the bond with friction and rolling of its own, as there.
+/// angle: PFC. Beside a parallel bond the contact acts with friction and rolling of its own, as there. M_p: any
+/// textbook of limit analysis, plastic section modulus (2R)^3/6.
 namespace subsoil::dem {
 
 /// A pair as its bond sees it.
@@ -46,12 +53,12 @@ template <class T>
 struct BondForce {
   T normal;  ///< on i along n, compression positive
   T shear[3], bending[3], twisting;
-  T stored, damped;  ///< J
-  Mask<T> broke;     ///< in this step
+  T stored, damped, yielded;  ///< J
+  Mask<T> broke;              ///< in this step
 };
 
 struct Bond {
-  enum class Kind { none, parallel };
+  enum class Kind { none, parallel, fibre };
   static constexpr double left_out = std::numeric_limits<double>::quiet_NaN();
   static constexpr double pi = std::numbers::pi;
   Kind kind = Kind::none;
@@ -59,12 +66,15 @@ struct Bond {
   double ratio = 2.5;
   double radius = 1;
   double tensile = left_out, shear = left_out;
+  double yield = left_out;
   double friction_angle = 0;
   double moment_share = 1;
   double damping = 0;
   double gap = 0;
   double time = 0;
-  double tan_friction = 0;  ///< filled by completed()
+  // Filled by completed().
+  double tan_friction = 0;
+  double plastic = 0;  ///< outer-fibre stress of the elastic section at M_p, Pa; infinite without a yield stress
 
   template <class V>
   void describe(V& v) {
@@ -77,6 +87,8 @@ struct Bond {
     v.derived("bond tensile strength", tensile, "Pa", "(0, inf)", "normal stress at which the bond breaks");
     v.derived("bond shear strength", shear, "Pa", "(0, inf)",
               "shear stress at which the bond breaks, without normal stress");
+    v.derived("bond yield stress", yield, "Pa", "(0, inf)",
+              "at which bending becomes plastic: the moment stays at 4/3 R^3 times it; left out: elastic");
     v.quantity("bond friction angle", friction_angle, "rad", "[0, 1.57)",
                "by which compression raises the shear strength of the bond, and tension lowers it");
     v.quantity("bond moment share", moment_share, "1", "[0, 1]",
@@ -89,6 +101,8 @@ struct Bond {
   }
 
   bool acts() const { return kind != Kind::none; }
+  /// Bonded spheres do not touch: they are parts of one body.
+  bool replaces_contact() const { return kind == Kind::fibre; }
 
   /// With what the sweep needs filled in. Throws std::invalid_argument when a quantity is missing or of no use.
   Bond completed() const {
@@ -98,14 +112,19 @@ struct Bond {
     } quantities[] = {{"bond modulus", modulus}, {"bond tensile strength", tensile}, {"bond shear strength", shear}};
     for (const auto& q : quantities) {
       if (acts() && std::isnan(q.value))
-        throw std::invalid_argument("bond: parallel needs `" + std::string(q.name) + "`");
-      if (!acts() && !std::isnan(q.value))
-        throw std::invalid_argument(
-            "`" + std::string(q.name) +
-            "` belongs to bond: parallel, which here is none; leave it out, or change the word");
+        throw std::invalid_argument("bond: " + std::string(word()) + " needs `" + std::string(q.name) + "`");
+      if (!acts()) refuse_without_bond(q.name, q.value);
     }
+    if (!acts()) refuse_without_bond("bond yield stress", yield);
+    if (kind == Kind::fibre && gap > 0)
+      throw std::invalid_argument(
+          "`bond gap` has no effect on bond: fibre, whose spheres come bonded; leave it out, or take bond: parallel");
+    if (kind == Kind::fibre && time > 0)
+      throw std::invalid_argument(
+          "`bond time` has no effect on bond: fibre, whose spheres come bonded; leave it out, or take bond: parallel");
     Bond b = *this;
     b.tan_friction = std::tan(friction_angle);
+    b.plastic = std::isnan(yield) ? std::numeric_limits<double>::infinity() : 16 / (3 * pi) * yield;
     return b;
   }
 
@@ -122,6 +141,7 @@ struct Bond {
     advance(a, a.v_t, b.shear, intact);
     advance(a, a.w, b.bend, intact);
     b.twist = select(intact, b.twist + a.twist * a.dt, zero);
+    const T yielded = plastic < std::numeric_limits<double>::infinity() ? bend_plastically(a, k, b.bend) : zero;
     const T stretch = b.reference - a.overlap;
     const T shear2 = dot(b.shear, b.shear), bend2 = dot(b.bend, b.bend);
     const T arm = T(moment_share) * k.radius;
@@ -147,6 +167,7 @@ struct Bond {
     b.reference = select(holds, b.reference, zero);
     if (any(broke)) b.released = select(broke, energy_held(a, b, k, stretch), zero);
     damp(a, k, holds, b, out);
+    out.yielded = select(intact, yielded, zero);
     return out;
   }
 
@@ -166,6 +187,14 @@ struct Bond {
   }
 
  private:
+  const char* word() const { return kind == Kind::fibre ? "fibre" : "parallel"; }
+  static void refuse_without_bond(const char* name, double value) {
+    if (!std::isnan(value))
+      throw std::invalid_argument(
+          "`" + std::string(name) +
+          "` belongs to bond: parallel, which here is none; leave it out, or change the word");
+  }
+
   /// Stiffness per area, N/m^3, and of the four springs, N/m and N m.
   template <class T>
   struct Section {
@@ -217,6 +246,18 @@ struct Bond {
     const T now2 = dot(turned, turned);
     const T keep = select(now2 > tiny<T>(), sqrt(length2 / max(now2, tiny<T>())), T(1.0));
     for (int d = 0; d < 3; ++d) x[d] = select(intact, keep * turned[d] + rate[d] * a.dt, T(0.0));
+  }
+
+  /// Cuts the angle back to that of the plastic moment, along itself. Returns the plastic work, J: by the trapezoid of
+  /// the moments at both ends of the step, as the work of the spheres and the stored energy are summed.
+  template <class T>
+  [[gnu::always_inline]] T bend_plastically(const BondMotion<T>& a, const Section<T>& k, T (&bend)[3]) const {
+    const T one(1.0), limit = T(plastic) / (k.k_n * k.radius), length2 = dot(bend, bend);
+    const auto yields = length2 > limit * limit;
+    const T keep = select(yields, limit / sqrt(select(yields, length2, one)), one);
+    const T work = T(0.5) * k.bending * (one - keep) * ((one + keep) * length2 - a.dt * dot(bend, a.w));
+    for (int d = 0; d < 3; ++d) bend[d] = keep * bend[d];
+    return work;
   }
 
   template <class T>

@@ -11,11 +11,14 @@ struct Losses {
   double damping = 0;  ///< normal and tangential dashpots
   double sliding = 0;
   double rolling = 0;   ///< rolling spring at its limit and its dashpot
+  double yielding = 0;  ///< plastic bending of bonds; plastic work of contacts is in damping
   double breaking = 0;  ///< what bonds stored when they broke
 
-  double total() const { return damping + sliding + rolling + breaking; }
+  double total() const { return damping + sliding + rolling + yielding + breaking; }
   Losses& operator+=(const Losses& b) {
-    return damping += b.damping, sliding += b.sliding, rolling += b.rolling, breaking += b.breaking, *this;
+    damping += b.damping, sliding += b.sliding, rolling += b.rolling;
+    yielding += b.yielding, breaking += b.breaking;
+    return *this;
   }
 };
 

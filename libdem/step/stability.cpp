@@ -1,6 +1,7 @@
 #include "libdem/step/stability.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libdem/laws/bond.hpp"
@@ -25,6 +26,9 @@ struct Mode {
   double a, b;
   const char* name;
 };
+
+/// Neighbours that a sphere is bonded to in a fibre.
+constexpr int kAlongFibre = 2;
 
 /// What a bond adds between spheres. Throws std::invalid_argument when its gap would bond spheres with others behind
 /// their neighbours, which the count of neighbours does not cover.
@@ -53,7 +57,9 @@ StiffnessBound stiffness_bound(const Law& law, const WorstContact& worst, double
   if (!friction.resists_rolling()) bound.k_r = bound.c_r = 0;
   arm = worst.r_min - std::min(0.5, friction.shares(between_spheres).force) * law->rest_overlap();
   if (friction.slip_moment_arm == SlipMomentArm::radius) arm = worst.r_min;
-  if (law->bond() != nullptr) add_bond(*law->bond(), worst, i_roll, between_spheres, bound, arm);
+  // Bonds of a fibre join two neighbours of the many: stable_step adds them.
+  if (law->bond() != nullptr && !law->bond()->replaces_contact())
+    add_bond(*law->bond(), worst, i_roll, between_spheres, bound, arm);
   return bound;
 }
 
@@ -79,15 +85,10 @@ StableStep smallest(std::initializer_list<Mode> modes, const char* where) {
 
 }  // namespace
 
-StableStep stable_step(const Law& law, const StepQuestion& q) {
-  const double r = q.smallest_radius, m = q.density * sphere_volume(r);
-  const double inertia = 0.4 * m * r * r;
-  double arm = r;
-  const StiffnessBound k =
-      stiffness_bound(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, arm);
-  refuse_collapse(law, {r / 2, q.largest_radius / 2});
-  if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
-  const double z = q.neighbours;
+namespace {
+
+/// Modes of a sphere of mass m among z equal neighbours.
+std::array<Mode, 3> modes_among(const StiffnessBound& k, double z, double m, double inertia, double arm) {
   // Along one contact the whole normal stiffness acts; among many a third of each.
   const auto along = [&](double n, double t) {
     return std::max(std::min(z, 2.0) * n, z * (n / 3 + 2 * t / 3)) * 2 / m;
@@ -99,12 +100,44 @@ StableStep stable_step(const Law& law, const StepQuestion& q) {
   // A lone contact slides by translation and rotation of both spheres at once: their mobilities add. Among many
   // contacts the fastest translation and the fastest rotation are different modes.
   const auto slide = [&](double t) { return 2 * t / m + 2 * t * arm * arm / inertia; };
-  const std::string where =
+  return {{{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
+           {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"},
+           {slide(k.k_t), slide(k.c_t), "sliding of a pair"}}};
+}
+
+/// Of a sphere in a fibre: bonds along the row. A wave of number q along it has 4 k_n/m sin^2(q/2) along, and across
+///     4 ((k_t/m + k_r/I) sin^2(q/2) + (k_t l^2/I) cos^2(q/2))
+/// at most: shear is of rank one, u sin(q/2) against l theta cos(q/2), and bending adds to it.
+std::array<Mode, 3> modes_along_fibre(const StiffnessBound& k, double m, double inertia, double arm) {
+  const double twice = 2 * kAlongFibre;
+  const auto across = [&](double t, double roll) {
+    return twice * std::max(t / m + roll / inertia, t * arm * arm / inertia);
+  };
+  const Mode sway{across(k.k_t, k.k_r), across(k.c_t, k.c_r), ""};
+  return {{{twice * k.k_n / m, twice * k.c_n / m, ""}, sway, sway}};
+}
+
+}  // namespace
+
+StableStep stable_step(const Law& law, const StepQuestion& q) {
+  const double r = q.smallest_radius, m = q.density * sphere_volume(r);
+  const double inertia = 0.4 * m * r * r;
+  const WorstContact worst{.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed};
+  const double i_roll = 0.7 * m * r * r;
+  double arm = r;
+  const bool in_fibres = law->bond() != nullptr && law->bond()->replaces_contact();
+  const StiffnessBound k = stiffness_bound(law, worst, i_roll, true, arm);
+  refuse_collapse(law, {r / 2, q.largest_radius / 2});
+  if (q.neighbours <= 0) return {.step = std::numeric_limits<double>::infinity(), .cause = "nothing to touch"};
+  std::array<Mode, 3> modes = modes_among(k, q.neighbours, m, inertia, arm);
+  std::string where =
       "with " + std::to_string(q.neighbours) + " contacts on a sphere of radius " + std::to_string(r * 1e3) + " mm";
-  return smallest({{along(k.k_n, k.k_t), along(k.c_n, k.c_t), "translation"},
-                   {about(k.k_t, k.k_r), about(k.c_t, k.c_r), "rotation"},
-                   {slide(k.k_t), slide(k.c_t), "sliding of a pair"}},
-                  where.c_str());
+  if (in_fibres) {
+    const std::array<Mode, 3> bonded = modes_along_fibre(law->bond()->bound(worst, 2.0 / 7.0 * i_roll), m, inertia, r);
+    for (std::size_t n = 0; n < modes.size(); ++n) modes[n].a += bonded[n].a, modes[n].b += bonded[n].b;
+    where += " in a fibre";
+  }
+  return smallest({modes[0], modes[1], modes[2]}, where.c_str());
 }
 
 StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {

@@ -46,6 +46,7 @@ void archive_boundaries(Archive& a, std::vector<Boundary>& boundaries) {
 void archive(Archive& a, const char* name, Losses& lost) {
   a.group(name, [&] {
     a("damping", lost.damping)("sliding", lost.sliding)("rolling", lost.rolling)("breaking", lost.breaking);
+    if (!a.reads() || a.has("yielding")) a("yielding", lost.yielding);
   });
 }
 
@@ -168,6 +169,13 @@ void Bed::insert(const State& part) {
       throw std::invalid_argument("a contact names sphere " + std::to_string(id) + ", which is not there");
     return found->second;
   });
+  for (const BondHistory& b : part.bonds) {
+    const int law = d.laws.between(d.particles[index.at(b.i)].material, d.particles[index.at(b.j)].material);
+    if (law < 0 || d.laws[static_cast<std::uint32_t>(law)]->bond() == nullptr)
+      throw std::invalid_argument("spheres " + std::to_string(b.i) + " and " + std::to_string(b.j) +
+                                  " come bonded, and their law has no bond");
+  }
+  d.bonds.count.formed += part.bonds.size();
   d.criterion.invalidate();
 }
 

@@ -227,7 +227,7 @@ class Sweep {
   }
   void take(const RunSums& s) const {
     const double weight = sample_.weight;
-    sums_->lost += Losses{weight * s.damped, weight * s.slid, weight * s.rolled};
+    sums_->lost += Losses{weight * s.damped, weight * s.slid, weight * s.rolled, weight * s.yielded};
     sums_->stored += s.stored;
     sums_->overlap = std::max(sums_->overlap, s.overlap);
   }

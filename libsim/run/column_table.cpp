@@ -115,7 +115,8 @@ constexpr ColumnOf<SoilAsWhole> bonds[] = {
     {"bonds", "1", [](From f, Whole) { return count(f.world.bed->bonds().intact()); }},
     {"bonds broken in tension", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_tension); }},
     {"bonds broken in shear", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_shear); }},
-    {"broken", "J", [](From f, Whole) { return energy(f).lost.breaking; }}};
+    {"broken", "J", [](From f, Whole) { return energy(f).lost.breaking; }},
+    {"yielded", "J", [](From f, Whole) { return energy(f).lost.yielding; }}};
 
 constexpr ColumnOf<SoilAsWhole> frozen[] = {
     {"frozen", "J", [](From f, Whole) { return energy(f).frozen; }},
@@ -168,7 +169,7 @@ const ColumnFamily<SoilAsWhole> bed_columns{
     "accumulates it, whose sum is what the staggered exchange made or lost; speed of the fastest sphere"};
 const ColumnFamily<SoilAsWhole> bond_columns{
     "soil", Taken::sample, bonds,
-    "where a law has bonds: intact ones, broken ones since the start, energy that those held"};
+    "where a law has bonds: intact ones, broken ones since the start, energy that those held, plastic work of bending"};
 const ColumnFamily<SoilAsWhole> frozen_columns{
     "soil", Taken::sample, frozen,
     "with `soil.active`: kinetic energy that spheres had when they were frozen, since the start; how many are"};

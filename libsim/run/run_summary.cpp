@@ -46,7 +46,10 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     e["damped [J]"] = b.lost.damping;
     e["slid [J]"] = b.lost.sliding;
     e["rolled [J]"] = b.lost.rolling;
-    if (world.bed->has_bonding_laws()) e["broken bonds [J]"] = b.lost.breaking;
+    if (world.bed->has_bonding_laws()) {
+      e["broken bonds [J]"] = b.lost.breaking;
+      e["yielded bonds [J]"] = b.lost.yielding;
+    }
     if (world.bed->freezes()) e["frozen [J]"] = b.frozen;
     e["bed closure [J]"] = closure;
     error += closure;

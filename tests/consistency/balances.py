@@ -156,7 +156,7 @@ def mass_and_energy_of_soil(case):
     stated = summary["soil"]
     if stated["spheres"] != len(particles["radius"]) or abs(stated["mass [kg]"] - mass) > 1e-9 * mass:
         answer.append(f"summary: {stated['spheres']} spheres of {stated['mass [kg]']:.9g} kg, frames: {len(particles['radius'])} of {mass:.9g} kg")
-    kept = [n for n in ("soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid", "soil.rolled", "soil.removed", "soil.broken")
+    kept = [n for n in ("soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid", "soil.rolled", "soil.removed", "soil.broken", "soil.yielded")
             if n in table]
     total = sum(table[n] for n in kept) - table["soil.boundary work"]
     moved = sum(compare.size_of(table[n] - table[n][0]) for n in (*kept, "soil.boundary work")) + compare.size_of(table["soil.kinetic"])
