@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libdem/base/archive.hpp"
@@ -19,6 +20,7 @@
 #include "libdem/particles/fixed.hpp"
 #include "libdem/particles/particles.hpp"
 #include "libdem/particles/periodic.hpp"
+#include "libdem/sphere_force.hpp"
 
 namespace subsoil::dem {
 
@@ -50,7 +52,7 @@ struct BedOptions {
 };
 
 /// Energy balance of the bed, J (BedOptions::sample_every: losses may be sampled). Closure: kinetic + rotational +
-/// gravity + stored + lost + `frozen` = start + boundary work.
+/// gravity + stored + lost + `frozen` = start + boundary work + force work.
 struct BedEnergy {
   double kinetic = 0;        ///< of translation, (m/2) v_{n-1/2} . v_{n+1/2}: what leapfrog work sums to
   double rotational = 0;     ///< of rotation, same form
@@ -58,6 +60,7 @@ struct BedEnergy {
   double stored = 0;         ///< in contact springs and attraction (negative)
   Losses lost;               ///< since the start
   double boundary_work = 0;  ///< done by the surfaces and fixed spheres on the others since the start
+  double force_work = 0;     ///< done by forces of users since the start
   /// Kinetic and potential energy that left with removed spheres and with those that were fixed on the way, less that
   /// of released ones; what `count_removed` received; less what gravity along a periodic direction gave to spheres that
   /// went round, whose potential energy restarts on the other side.
@@ -65,6 +68,7 @@ struct BedEnergy {
   double frozen = 0;  ///< kinetic energy that spheres had when they fell asleep, since the start
 
   double total() const { return kinetic + rotational + gravity + stored + lost.total() + removed + frozen; }
+  double work() const { return boundary_work + force_work; }  ///< done from outside
 };
 
 /// Where the time of the steps went, s, summed over threads.
@@ -109,6 +113,12 @@ class Bed {
   std::size_t fix_if(const std::function<bool(const Sphere&)>& predicate);
   /// Fixed spheres for which the predicate holds move from now on, from rest; returns how many.
   std::size_t release_if(const std::function<bool(const Sphere&)>& predicate);
+
+  /// From the next step on the force acts on the spheres (libdem/sphere_force.hpp). Throws std::invalid_argument for a
+  /// name that is empty or there already, where spheres may sleep, and where an engine steps them.
+  void add_force(std::string name, SphereForce force);
+  SphereForce& force(std::string_view name);  ///< throws std::invalid_argument where there is none
+  std::span<const NamedSphereForce> forces() const;
 
   Boundary& boundary(int index);
   const Boundary& boundary(int index) const;

@@ -14,6 +14,7 @@ struct BedFault : std::runtime_error {
     overlap,        ///< a contact is deeper than BedOptions::overlap_limit, a share of the radius
     position,       ///< a position is not finite
     periodic_side,  ///< a surface comes near to a periodic side; value and limit are distances, m
+    force,          ///< one of a user is not finite (value 0), or substitutions for it converge too slowly: their ratio
   };
   static constexpr std::uint32_t no_sphere = ~std::uint32_t{0};
   struct Facts {

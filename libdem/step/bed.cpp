@@ -155,6 +155,7 @@ void Bed::step(double dt, const Request& request) {
   bed.balance.plan(bed.options, bed.particles.size(), now.steps, new_lists, state_asked_for || now.steps == 0);
   bed.region.plan(now.steps, dt, norm(bed.options.gravity), new_lists, request.energy, request.snapshot != nullptr,
                   bed.boundaries, bed.particles, bed.balance.of_block, bed.contacts);
+  if (bed.forces.any()) bed.forces.begin_step(now.time);
   bed.observed.keep(bed.region, bed.contacts, bed.surfaces, bed.laws, bed.balance.of_block);
   bed.place_boundaries(now.dt_before);
   bed.begin_records(request.contacts);
@@ -168,16 +169,25 @@ void Bed::step(double dt, const Request& request) {
   clock.end(sweep);
   bed.sum_phases(search, sweep);
 
+  bed.forces.throw_fault();
   bed.check_faults();
   end();
 }
 
 /// Clumps, whose forces are complete once the sweep is.
 void Bed::Impl::move_clumps(double dt, const Request& request) {
+  const bool forced = forces.any() && clumps.any();
+  SphereForces::Work& work_of_forces = forces.of_clumps();
+  if (forced) {
+    clumps.add_forces(forces, particles, options.gravity, now.time, now.dt_before, threads);
+    work_of_forces.begin_step();
+    work_of_forces.until += 0.5 * now.dt_before * clumps.power_of_forces(particles);
+  }
   if (request.energy) energy_of_clumps = clumps.energy(options.gravity, now.dt_before, dt);
   if (!clumps.any()) return;
   if (request.snapshot != nullptr) clumps.complete(*request.snapshot, particles, options.gravity, now.dt_before);
   clumps.move(particles, options.gravity, now.dt_before, dt, threads);
+  if (forced) work_of_forces.ahead = 0.5 * dt * clumps.power_of_forces(particles);
   clumps.extremes(contacts.particle_blocks, particles, threads, [&](std::size_t k, double speed2, double squares) {
     balance.of_block[k].speed2 = speed2, balance.of_block[k].squares = squares;
     paths.moved(k, std::sqrt(speed2) * dt);
@@ -203,7 +213,7 @@ void Bed::Impl::sum_up(bool energy) {
   criterion.add_path(paths.add_step(contacts.particle_blocks));
   sum_wrenches(boundaries, surfaces, now.dt_before);
   if (fixed.any()) fixed.add_work(now.dt_before);
-  if (energy) balance.sum_energy(surfaces.chunks, boundaries, fixed.work(), energy_of_clumps);
+  if (energy) balance.sum_energy(surfaces.chunks, boundaries, fixed.work(), forces.work(), energy_of_clumps);
 }
 
 /// What the threads spent, and what of their time by the clock is left over.
@@ -226,6 +236,7 @@ void Bed::reset_energy_balance() {
   impl_->balance.reset();
   for (Boundary& b : impl_->boundaries) b.work = 0;
   impl_->fixed.reset_work();
+  impl_->forces.reset_work();
 }
 
 void Bed::set_laws(LawTable laws) {
@@ -245,12 +256,25 @@ void Bed::set_active(const std::optional<ActiveRule>& rule) {
     throw std::invalid_argument("active bed: `within` and `below` must be 0 or more");
   if (rule && rule->below == 0 && impl_->options.gravity == Vec3{})
     throw std::invalid_argument("active bed: without gravity `below` must be given");
+  if (rule && impl_->forces.any())
+    throw std::invalid_argument(
+        "active bed: forces of a program on its spheres may change while these sleep; leave one of them out");
   if (rule && impl_->clumps.any()) throw std::invalid_argument("active bed: clumps cannot be frozen");
   impl_->region.set_rule(rule);
   impl_->criterion.invalidate();  // what is known of blocks comes with new lists
 }
 bool Bed::freezes() const { return impl_->region.on(); }
 std::size_t Bed::frozen_count() const { return impl_->region.frozen_spheres(); }
+
+void Bed::add_force(std::string name, SphereForce force) {
+  const auto refuse = [&](const char* why) { throw std::invalid_argument("force on spheres '" + name + "': " + why); };
+  if (impl_->region.on()) refuse("spheres of an active region may sleep; take the active region away");
+  if (impl_->by_engine.engine) refuse("another engine steps the spheres; let the bed step them itself");
+  impl_->forces.add(std::move(name), std::move(force));
+  impl_->criterion.invalidate();  // its work is summed by block of the lists
+}
+SphereForce& Bed::force(std::string_view name) { return impl_->forces.at(name); }
+std::span<const NamedSphereForce> Bed::forces() const { return impl_->forces.all(); }
 
 void Bed::shift(const Vec3& offset) {
   impl_->particles.sync_from_mixed(impl_->threads);

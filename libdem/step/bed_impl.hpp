@@ -16,6 +16,7 @@
 #include "libdem/step/energy_balance.hpp"
 #include "libdem/step/fixed_spheres.hpp"
 #include "libdem/step/observed_contacts.hpp"
+#include "libdem/step/sphere_forces.hpp"
 #include "libdem/step/work_partition.hpp"
 
 /// The room of the step, private to libdem: what Bed (libdem/bed.hpp) is made of. Read `Bed::step` (bed.cpp) first,
@@ -73,6 +74,7 @@ struct Bed::Impl {
   EnergyBalance balance;
   FixedSpheres fixed;
   Clumps clumps;
+  SphereForces forces;
   ActiveRegion region;
   ObservedContacts observed;
   StepCount now;

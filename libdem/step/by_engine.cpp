@@ -16,6 +16,7 @@ void Bed::step_by(std::unique_ptr<BedEngine> engine) {
   if (d.laws.any_bonds()) refuse("bonds");
   if (d.clumps.any()) refuse("clumps");
   if (d.region.on()) refuse("an active region");
+  if (d.forces.any()) refuse("forces of a program on its spheres");
   if (d.options.periodic.any()) refuse("periodic sides");
   if (d.particles.is_mixed()) refuse("mixed precision");
   for (const Sphere& s : d.particles.spheres())
@@ -51,7 +52,7 @@ void Bed::Impl::step_by_engine(double dt, const Request& request) {
   now.fallen += sums.fallen;
   now.rebuilds += sums.new_lists ? 1 : 0;
   balance.sum_extremes({});
-  if (request.energy) balance.sum_energy({}, boundaries, 0, {});
+  if (request.energy) balance.sum_energy({}, boundaries, 0, 0, {});
   if (!within_limits()) {  // which sphere it is, lists of our own say
     take_back(true);
     rebuild();

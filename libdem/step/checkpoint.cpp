@@ -36,6 +36,7 @@ void Bed::Impl::copy(const Impl& from) {
   balance = from.balance;
   fixed = from.fixed;
   clumps = from.clumps;
+  forces = from.forces;
   region = from.region;
   const long sweeps = now.sweeps;
   now = from.now;

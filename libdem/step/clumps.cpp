@@ -202,6 +202,7 @@ void Clumps::complete(Snapshot& out, const ParticleStore& particles, const Vec3&
       out.velocity[slot] = v + cross(w, c.attitude.rotate(shape.members[m].at));
       out.angular_velocity[slot] = w;
       out.force[slot] += (shape.mass * shares_[c.shape][m]) * gravity;
+      if (!own_.empty()) out.force[slot] += own_[e].force, out.torque[slot] += own_[e].torque;
     }
   }
 }

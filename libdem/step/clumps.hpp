@@ -13,6 +13,8 @@
 
 namespace subsoil::dem {
 
+class SphereForces;
+
 /// Rigid grains of several spheres. Their members are spheres of the bed like others: search, lists, laws and surfaces
 /// know nothing of clumps, but for two things: contacts find the clump's mass of a member (ParticleStore), so that
 /// damping and restitution are those of the body that is hit, and pairs of one clump are left out of the lists.
@@ -26,7 +28,8 @@ namespace subsoil::dem {
 /// |---|---|---|
 /// | shapes, clumps    | users, rebuilds (removal), restarts; `move`         | users, saved state|
 /// | places, by block  | rebuilds                                            | the sweep         |
-/// | forces of members | the worker of the member's block, in the sweep      | `move`, `observe` |
+/// | forces of members | the worker of the member's block, in the sweep;     | `move`, `observe` |
+/// |                   | `add_forces`, after it                              |                   |
 ///
 /// Members are moved after the sweep and not within: they lie in several particle blocks, of several workers, and no
 /// block may move its part of a clump before all forces on the clump are known. The price is a pass over the members.
@@ -76,6 +79,11 @@ class Clumps {
   Load& load(const Place& p) { return loads_[p.entry]; }
 
   // After it.
+  /// Adds forces of users to those of the contacts, at the motion of t_n. @param before the step before t_n, s
+  void add_forces(SphereForces& forces, const ParticleStore& particles, const Vec3& gravity, double time, double before,
+                  int threads);
+  /// Of these, by the velocities of the members' records, W.
+  double power_of_forces(const ParticleStore& particles) const;
   /// Energies at t_n, in leapfrog's form (BedEnergy). @param before the step before t_n, s @param dt the one after it
   BodyEnergy energy(const Vec3& gravity, double before, double dt) const;
   /// Motion of the members at t_n and their share of the weight.
@@ -110,6 +118,7 @@ class Clumps {
   std::vector<Place> places_;             ///< in rising index
   std::vector<std::uint32_t> first_;      ///< place, by particle block
   std::vector<Load> loads_;               ///< members in their order, clump by clump
+  std::vector<Load> own_;                 ///< of users, likewise, in them; empty without such forces
   std::vector<std::uint32_t> begin_;      ///< of each clump in it
   std::vector<std::uint32_t> sphere_of_;  ///< index in the store, by entry
   std::vector<char> leaving_;

@@ -41,7 +41,7 @@ void EnergyBalance::sum_extremes(std::span<const SurfaceChunk> chunks) {
 }
 
 void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries,
-                               double work_of_fixed, const BodyEnergy& of_clumps) {
+                               double work_of_fixed, double work_of_forces, const BodyEnergy& of_clumps) {
   energy_ = {.lost = lost_before, .removed = removed, .frozen = frozen()};
   for (const BlockSums& b : of_block) {
     energy_.kinetic += b.kinetic;
@@ -53,6 +53,7 @@ void EnergyBalance::sum_energy(std::span<const SurfaceChunk> chunks, std::span<c
   energy_.kinetic += of_clumps.kinetic, energy_.rotational += of_clumps.rotational;
   energy_.gravity += of_clumps.potential;
   for (const SurfaceChunk& c : chunks) energy_.stored += c.stored, energy_.lost += c.lost;
+  energy_.force_work = work_of_forces;
   energy_.boundary_work = work_of_fixed;
   for (const Boundary& b : boundaries) energy_.boundary_work += b.work;
 }

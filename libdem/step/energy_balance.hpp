@@ -67,7 +67,7 @@ class EnergyBalance {
 
   void sum_extremes(std::span<const SurfaceChunk> chunks);
   void sum_energy(std::span<const SurfaceChunk> chunks, std::span<const Boundary> boundaries, double work_of_fixed,
-                  const BodyEnergy& of_clumps);
+                  double work_of_forces, const BodyEnergy& of_clumps);
   Losses lost(std::span<const SurfaceChunk> chunks) const;  ///< since the start
   double frozen() const;                                    ///< since the start
   const BedEnergy& energy() const { return energy_; }       ///< of the last step that asked for it

@@ -54,6 +54,7 @@ void Bed::Impl::archive_since_listed(Archive& a) {
     a("stored", b.stored)("pairs", b.pairs)("overlap", b.overlap);
   }
   for (SurfaceChunk& c : surfaces.chunks) dem::archive(a, "lost at surfaces", c.lost);
+  if (a.reads() ? a.has("work of forces") : forces.any()) a.group("work of forces", [&] { forces.archive_lists(a); });
   a("frozen before", balance.frozen_before);
   a.group("sleep", [&] { region.archive_lists(a, balance.of_block); });
 }

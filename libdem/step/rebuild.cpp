@@ -125,6 +125,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   balance.begin_lists(contacts.particle_blocks.size());
   fixed.begin_lists(contacts.particle_blocks);
   clumps.begin_lists(contacts.particle_blocks);
+  forces.begin_lists(contacts.particle_blocks.size());
   paths.begin(contacts.particle_blocks.size());
   region.sort(new_index, particles.size());
   region.begin_lists(contacts, particles, statistics.mean, cutoff, threads);

@@ -105,6 +105,8 @@ void Bed::Impl::archive(Archive& a) {
   archive_boundaries(a, boundaries);
   archive_loads(a, boundaries);
   a("fixed", fixed)("clumps", clumps);
+  if (a.reads()) forces.reset_work();
+  if (a.reads() ? a.has("forces on spheres") : forces.any()) a("forces on spheres", forces);
   archive_bonding(a);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "libdem/base/prefetch.hpp"
 #include "libdem/laws/friction.hpp"
@@ -71,6 +72,7 @@ class Sweep {
         dt_(dt),
         request_(request),
         ring_(worker.forces.ring()),
+        forced_(bed.forces.any()),
         reached_(worker.blocks_begin) {}
 
   void run() {
@@ -86,9 +88,11 @@ class Sweep {
       clock.end(w_.spent.pairs);
       plane_forces();
       surface_forces();
+      if (forced_) user_forces();
       clock.end(w_.spent.surfaces);
       if (request_.energy || request_.snapshot != nullptr) observe();
       bed_.region.freezes(k) ? freeze() : bed_.region.moves(k) ? integrate() : rest();
+      if (forced_) end_user_forces();
       clock.end(w_.spent.move);
     }
     clear_ring();
@@ -258,6 +262,44 @@ class Sweep {
       add(e.sphere, Four{e.force.x, e.force.y, e.force.z, 0},
           Four{e.torque.x, e.torque.y, e.torque.z, static_cast<double>(e.touching)});
     }
+  }
+
+  // Of users (sphere_forces.hpp); on members of clumps they act after the sweep.
+
+  void user_forces() {
+    const double half = 0.5 * bed_.now.dt_before;
+    SphereForces::Work& work = bed_.forces.of_block(own_);
+    work.begin_step();
+    given_.clear();
+    for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
+      const Sphere s = bed_.particles.now(i);
+      if (s.kind != SphereKind::free) continue;
+      const double push = half / s.m, turn = half / inertia(s);
+      SphereAt here{.time = bed_.now.time,
+                    .position = bed_.options.periodic.wrapped(s.x),
+                    .velocity = s.v + half * bed_.options.gravity,
+                    .angular_velocity = s.w,
+                    .mass = s.m,
+                    .radius = s.r,
+                    .id = s.id,
+                    .material = s.material};
+      at(i, [&](const auto& sum) {
+        here.velocity += push * vector_of(sum.f), here.angular_velocity += turn * vector_of(sum.t);
+      });
+      const Wrench w = bed_.forces.on_free(here, push, turn);
+      add(i, Four{w.force.x, w.force.y, w.force.z, 0}, Four{w.moment.x, w.moment.y, w.moment.z, 0});
+      work.until += half * (dot(w.force, s.v) + dot(w.moment, s.w));
+      given_.push_back({i, w});
+    }
+  }
+  /// Their work behind t_n, after the move.
+  void end_user_forces() {
+    double power = 0;
+    for (const auto& [i, w] : given_) {
+      const Sphere s = bed_.particles.now(i);
+      power += dot(w.force, s.v) + dot(w.moment, s.w);
+    }
+    bed_.forces.of_block(own_).ahead = 0.5 * dt_ * power;
   }
 
   /// use(sum) of the forces on a sphere.
@@ -459,6 +501,7 @@ class Sweep {
   double dt_;
   const Bed::Request& request_;
   Ring ring_;
+  bool forced_;            ///< by users
   std::size_t halo_ = 0;   ///< next halo block
   std::uint32_t reached_;  ///< next particle block that gets what comes across interfaces
   // The particle block at hand:
@@ -466,7 +509,8 @@ class Sweep {
   const ParticleBlock* block_ = nullptr;
   BlockSums* sums_ = nullptr;
   Sample sample_;
-  std::vector<Sphere> members_;  ///< of clumps, as they are before the move
+  std::vector<Sphere> members_;                          ///< of clumps, as they are before the move
+  std::vector<std::pair<std::uint32_t, Wrench>> given_;  ///< by users, by sphere
 };
 
 void resize(Snapshot& s, std::size_t n) {

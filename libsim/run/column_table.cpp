@@ -118,6 +118,8 @@ constexpr ColumnOf<SoilAsWhole> bonds[] = {
     {"broken", "J", [](From f, Whole) { return energy(f).lost.breaking; }},
     {"yielded", "J", [](From f, Whole) { return energy(f).lost.yielding; }}};
 
+constexpr ColumnOf<SoilAsWhole> forces[] = {{"force work", "J", [](From f, Whole) { return energy(f).force_work; }}};
+
 constexpr ColumnOf<SoilAsWhole> frozen[] = {
     {"frozen", "J", [](From f, Whole) { return energy(f).frozen; }},
     {"frozen spheres", "1", [](From f, Whole) { return count(f.world.bed->frozen_count()); }}};
@@ -170,6 +172,9 @@ const ColumnFamily<SoilAsWhole> bed_columns{
 const ColumnFamily<SoilAsWhole> bond_columns{
     "soil", Taken::sample, bonds,
     "where a law has bonds: intact ones, broken ones since the start, energy that those held, plastic work of bending"};
+const ColumnFamily<SoilAsWhole> force_columns{
+    "soil", Taken::sample, forces,
+    "where a C++ program has added forces on spheres: what these have done on them since the start"};
 const ColumnFamily<SoilAsWhole> frozen_columns{
     "soil", Taken::sample, frozen,
     "with `soil.active`: kinetic energy that spheres had when they were frozen, since the start; how many are"};
@@ -305,8 +310,8 @@ std::string columns_markdown() {
   std::string out = "| columns | are |\n|---|---|\n| `time` [s] | of the row |\n";
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
-         line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(frozen_columns) +
-         line(window_columns) + line(inlet_columns);
+         line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(force_columns) +
+         line(frozen_columns) + line(window_columns) + line(inlet_columns);
   return out + "| others | your own `machine.measures` and `output.monitor` |\n";
 }
 

@@ -54,6 +54,7 @@ extern const ColumnFamily<SurfaceRecord> servo_columns;  ///< of boundaries with
 extern const ColumnFamily<SoilAsWhole> draft_columns;    ///< with a machine
 extern const ColumnFamily<SoilAsWhole> bed_columns;
 extern const ColumnFamily<SoilAsWhole> bond_columns;    ///< where a law has bonds
+extern const ColumnFamily<SoilAsWhole> force_columns;   ///< with forces of a program on the spheres
 extern const ColumnFamily<SoilAsWhole> frozen_columns;  ///< with an active region
 extern const ColumnFamily<SoilAsWhole> window_columns;  ///< of a moving bed
 extern const ColumnFamily<InletOfWorld> inlet_columns;

@@ -82,6 +82,7 @@ void Columns::add_soil() {
   if (world_.machine) add(draft_columns, draft_columns.owner, SoilAsWhole{});
   add(bed_columns, bed_columns.owner, SoilAsWhole{});
   if (world_.bed->has_bonding_laws()) add(bond_columns, bond_columns.owner, SoilAsWhole{});
+  if (!world_.bed->forces().empty()) add(force_columns, force_columns.owner, SoilAsWhole{});
   if (world_.bed->freezes()) add(frozen_columns, frozen_columns.owner, SoilAsWhole{});
   if (world_.moving) add(window_columns, window_columns.owner, SoilAsWhole{});
   for (std::size_t k = 0; k < world_.inlets.size(); ++k) add(inlet_columns, world_.inlets[k].name, InletOfWorld{k});

@@ -32,7 +32,7 @@ bool PhysicsMonitor::after_step() {
 void PhysicsMonitor::begin() {
   begun_ = true;
   if (!o_.world.bed) return;
-  start_.bed = o_.world.bed->energy().total() - o_.world.bed->energy().boundary_work;
+  start_.bed = o_.world.bed->energy().total() - o_.world.bed->energy().work();
   start_.bed_gravity = o_.world.bed->energy().gravity;
   if (const auto found = physics_.start(o_.world)) o_.warn(found->text);
 }

@@ -69,13 +69,13 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::start(const World& world) con
 
 std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, const EnergyStart& start) {
   const dem::BedEnergy& e = world.bed->energy();
-  const double off = e.total() - e.boundary_work - start.bed;
+  const double off = e.total() - e.work() - start.bed;
   // What leapfrog calls kinetic falls below zero where a contact turns round, and what an attraction stores is
   // negative.
   const double moving = std::max(e.kinetic, 0.0) + std::max(e.rotational, 0.0);
   most_present_ = std::max(most_present_, moving + std::abs(e.stored) - std::abs(off));  // not what came from nothing
-  const double moved = std::abs(e.boundary_work) + std::abs(start.bed_gravity - e.gravity) + moving +
-                       std::abs(e.lost.total()) + std::abs(e.removed) + e.frozen;
+  const double moved = std::abs(e.boundary_work) + std::abs(e.force_work) + std::abs(start.bed_gravity - e.gravity) +
+                       moving + std::abs(e.lost.total()) + std::abs(e.removed) + e.frozen;
   // What meets spheres at rest with speed v is off by k (v dt)^2/2 in a contact's first step, when there is no more
   // energy than that; with dt = share 2 (m/k)^(1/2) that is 2 m (share v)^2, and not said.
   const double share = world.step.soil_step / world.step.limit.step, speed = share * fastest_surface(world).second;

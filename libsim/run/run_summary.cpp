@@ -26,7 +26,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
   };
   if (world.bed) {
     const dem::BedEnergy& b = world.bed->energy();
-    const double closure = b.total() - b.boundary_work - start.bed;
+    const double closure = b.total() - b.work() - start.bed;
     double given = 0;
     for (const coupling::GivenMotion& m : world.motions) given += world.bed->boundary(m.boundary).work;
     take_in("work of given motions [J]", given);  // servos are among them
@@ -38,6 +38,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
       poured += one.inlet.poured().energy();
     }
     take_in("gravity on the soil [J]", start.bed_gravity - b.gravity + came);
+    if (!world.bed->forces().empty()) take_in("work of forces on spheres [J]", b.force_work);
     if (!world.inlets.empty()) take_in("kinetic energy of poured spheres [J]", poured_kinetic);
     // Of a moving bed it is what blocks bring and take, which `window` lists.
     const double left = -(b.removed + poured);  // of which sums of many spheres leave rounding

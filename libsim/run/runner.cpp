@@ -191,6 +191,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
                  world.step.soil_step / world.step.limit.step, world.step.limit.step, world.step.limit.cause);
   if (world.bed) spdlog::info("{}", accuracy_words(world.step));
+  add_sphere_forces(world, loaded, request.sphere_forces);
   use_engine(world, loaded, request);
   if (goes_on) look_at_origin(*saved, world, request.from);
   if (settling_from) look_at_program(settling_from->version, settling_from->instruction_set, world, "settling.h5");

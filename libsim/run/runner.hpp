@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libdem/sphere_force.hpp"
+
 namespace subsoil::dem {
 class BedEngine;
 }
@@ -28,6 +30,8 @@ struct RunRequest {
   std::vector<std::string> changes{};  ///< keys that may differ from the scenario of `from`
   std::filesystem::path from{};        ///< a state file to start from; empty: from the beginning
   std::function<void(const std::filesystem::path&)> opened{};  ///< called when the folder has scenario and series
+  /// Act on the spheres from the start of the run, not while a bed settles. A run that is continued needs them again.
+  std::vector<dem::NamedSphereForce> sphere_forces{};
   EngineMaker engine{};  ///< none: scenarios that ask for another engine are refused
 };
 

@@ -122,7 +122,9 @@ struct Simulation::Impl : StepObserver {
     build.progress = options.settling;
     build.place_soil = start == nullptr;
     if (start != nullptr) build.restored = spheres_of(*start), build.moving = start->moving.get();
-    return build_world(loaded, build);
+    World world = build_world(loaded, build);
+    add_sphere_forces(world, loaded, options.sphere_forces);
+    return world;
   }
 
   static std::unique_ptr<Impl> make(Loaded loaded, const SimulationOptions& options, const std::string& file,
@@ -424,6 +426,11 @@ void Simulation::set_force(const std::string& body, double fx, double fy, double
                                 ": the simulation was made without it; name the body in `forces_on`");
   }
   set_input(body + ".fx", fx), set_input(body + ".fy", fy), set_input(body + ".moment", moment);
+}
+
+dem::SphereForce& Simulation::sphere_force(const std::string& name) {
+  if (!has_bed()) throw std::invalid_argument("force on spheres '" + name + "': the scenario has no soil");
+  return impl_->stepper.world().bed->force(name);
 }
 
 int Simulation::observe(double every, std::function<bool(Simulation&)> observer) {

@@ -10,6 +10,7 @@
 
 #include "libdem/geometry/boundary.hpp"
 #include "libdem/particles/particles.hpp"
+#include "libdem/sphere_force.hpp"
 #include "libmbd/base/body.hpp"
 
 /// A scenario that is stepped in process: by another simulator, a controller, a script.
@@ -35,6 +36,8 @@ struct SimulationOptions {
   std::vector<std::string> sets{};    ///< path=value
   int threads = 0;                    ///< 0: as in the scenario
   std::vector<std::string> inputs{};  ///< functions of time whose values are set from outside; see available_inputs()
+  /// Act on the spheres from the start on, not while a bed settles.
+  std::vector<dem::NamedSphereForce> sphere_forces{};
   std::vector<std::string> forces_on{};  ///< bodies on which set_force() acts
   bool energies = false;                 ///< columns that are sums over all spheres are taken at the end of each call
   std::filesystem::path start{};         ///< a file of State::write(): the bed is taken from it; empty: prepared
@@ -121,6 +124,9 @@ class Simulation {
   void set_input(const std::string& name, double value, double rate = 0);
   /// On the centre of mass of a body that SimulationOptions::forces_on names, N and N m.
   void set_force(const std::string& body, double fx, double fy, double moment = 0);
+
+  /// Of those that SimulationOptions::sphere_forces names, to be read or changed between two steps.
+  dem::SphereForce& sphere_force(const std::string& name);
 
   // --- observers ---
   /// Called at the first step that begins at or behind each multiple of `every` s after now; 0: at every step. What it

@@ -430,4 +430,17 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
   return world;
 }
 
+void add_sphere_forces(World& world, const Loaded& loaded, const std::vector<dem::NamedSphereForce>& forces) {
+  for (const dem::NamedSphereForce& f : forces) {
+    if (!world.bed)
+      throw ScenarioError(loaded.where("soil") + ": force on spheres '" + f.name +
+                          "': the scenario has no soil; give it `soil`, or leave the force out of the program");
+    try {
+      world.bed->add_force(f.name, f.force);
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded.where("soil") + ": " + error.what());
+    }
+  }
+}
+
 }  // namespace subsoil::sim

@@ -133,6 +133,9 @@ struct BuildOptions {
 
 World build_world(const Loaded& loaded, const BuildOptions& options);
 
+/// Of a program, on the spheres of a world that is built. Throws ScenarioError where its soil can have none.
+void add_sphere_forces(World& world, const Loaded& loaded, const std::vector<dem::NamedSphereForce>& forces);
+
 /// The stable step over all laws, and the step of the run: given ones at or above the limit are refused.
 void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question);
 
