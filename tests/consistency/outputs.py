@@ -182,7 +182,7 @@ def report(case):
     code, stdout, stderr = case.program.command("report", case.base.folder, "--out", path)
     if code:
         return [f"report: exit code {code}: {last_line(stdout + stderr)}"]
-    summary, answer = case.base.summary()["columns"], []
+    summary, answer = case.base.summary().get("columns", {}), []
     for number in embedded(path.read_text(), '"numbers":'):
         name, word = number["quantity"], number["statistic"]
         entry = summary.get(name) or summary.get({"draft": "soil.draft", "lift": "soil.lift"}.get(name))
