@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/command_pages.hpp"
+#include "apps/commands/plan_columns.hpp"
 #include "apps/commands/plan_options.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/studies/design/optimum.hpp"
@@ -28,6 +29,7 @@ int study_in_folder(const DesignRequest& request, const Plan& plan, Find find) {
   const std::filesystem::path folder =
       request.out.empty() ? std::filesystem::path(request.plan).stem() : std::filesystem::path(request.out);
   const StudyLock lock(folder);
+  refuse_unknown_columns(request.plan, study_of(plan));
   const auto threads = request.threads > 0 ? request.threads : static_cast<int>(plan.threads);
   GrowingStudy study(study_of(plan), folder, {threads, static_cast<int>(plan.at_once.value_or(0))});
   try {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/commands/command_pages.hpp"
+#include "apps/commands/plan_columns.hpp"
 #include "apps/commands/plan_options.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/studies/sweep/slurm.hpp"
@@ -103,6 +104,7 @@ int sweep_command(const SweepRequest& request) {
   if (request.slurm) return submit(request, plan, study, folder);
   const std::vector<std::size_t> open =
       request.gather ? std::vector<std::size_t>{} : open_points(study, folder, request.again);
+  if (!open.empty()) refuse_unknown_columns(request.plan, study);
   if (!run_points(study, folder, open, pool)) {
     fmt::print(stderr, "stopped; the same command continues from here\n");
     return exit_interrupted;

@@ -139,25 +139,10 @@ void use_engine(World& world, const Loaded& loaded, const RunRequest& request) {
   }
 }
 
-/// What watches columns that are not there, before a bed settles for minutes: looked at beside a bed that is not
-/// settled.
+/// What watches columns that are not there, before a bed settles for minutes.
 void refuse_columns(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
-  if (!s.soil || !s.soil->bed || !s.soil->bed->settles()) return;
-  World world;
-  try {
-    BuildOptions options;
-    options.threads = 1, options.settle = false;
-    world = build_world(loaded, options);
-  } catch (const std::exception&) {
-    return;  // the bed as placed meets something that the settled one may not
-  }
-  coupling::Simulation simulation(world.bed.get(), world.machine.get(), world.body_surfaces, world.motions,
-                                  {.soil_step = world.step.soil_step,
-                                   .soil_steps = static_cast<int>(s.time.machine.soil_steps),
-                                   .machine_step = world.step.machine_step});
-  const Columns columns(loaded, world, simulation);
-  const Crossings crossings(loaded, columns);
+  if (s.soil && s.soil->bed && s.soil->bed->settles()) static_cast<void>(columns_of(loaded));
 }
 
 /// The run as asked for, in a folder that is locked.
@@ -224,6 +209,24 @@ std::optional<SavedRun> latest_whole_state(const std::filesystem::path& folder, 
 }
 
 }  // namespace
+
+std::vector<SeriesColumn> columns_of(const Loaded& loaded) {
+  World world;
+  try {
+    BuildOptions options;
+    options.threads = 1, options.settle = false;
+    world = build_world(loaded, options);
+  } catch (const std::exception&) {
+    return {};  // the bed as placed meets something that the settled one may not
+  }
+  coupling::Simulation simulation(world.bed.get(), world.machine.get(), world.body_surfaces, world.motions,
+                                  {.soil_step = world.step.soil_step,
+                                   .soil_steps = static_cast<int>(loaded.scenario.time.machine.soil_steps),
+                                   .machine_step = world.step.machine_step});
+  const Columns columns(loaded, world, simulation);
+  const Crossings crossings(loaded, columns);
+  return columns.list();
+}
 
 int run(const RunRequest& given) {
   RunRequest request = given;

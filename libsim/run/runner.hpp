@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libdem/sphere_force.hpp"
+#include "libsim/io/series.hpp"
 
 namespace subsoil::dem {
 class BedEngine;
@@ -37,6 +38,10 @@ struct RunRequest {
 
 /// Exit codes of a run.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_failed = 3, exit_interrupted = 130, exit_terminated = 143 };
+
+/// Columns of its series, looked at beside a bed that is not settled; empty where what is placed meets something that
+/// the settled bed may not. Throws ScenarioError for what watches a column that is not there.
+std::vector<SeriesColumn> columns_of(const Loaded& loaded);
 
 /// Runs a scenario to its end. Throws ScenarioError for bad input before anything is written.
 int run(const RunRequest& request);

@@ -48,7 +48,8 @@ class Judge {
       w.excess.push_back(c.excess(values.data())), w.size.push_back(c.size(values.data()));
       w.whole = w.whole && std::isfinite(w.excess.back());
       const double over = c.is_equation() ? std::abs(w.excess.back()) : std::max(0.0, w.excess.back());
-      if (over > 0) row.missed = std::max(row.missed, over / w.size.back());
+      row.missed_by.push_back(over > 0 ? over / w.size.back() : 0);
+      row.missed = std::max(row.missed, row.missed_by.back());
     }
     row.feasible = w.whole && row.missed <= plan_.constraint_tolerance;
     return row;
@@ -212,10 +213,11 @@ std::string optimum_text(const OptimisePlan& plan, const Optimum& found, const G
   for (std::size_t k = 0; k < plan.numbers.size(); ++k)
     text += fmt::format("  {:<20} {:.8g}\n", plan.numbers[k].name, study.results()[*found.best].value[k]);
   for (std::size_t c = 0; c < plan.constraints.size(); ++c)
-    text += fmt::format("  {:<20} {}\n", plan.constraints[c],
-                        std::abs(best.worth.excess[c]) <= 10 * plan.constraint_tolerance * best.worth.size[c] ? "active"
-                        : best.worth.excess[c] < 0                                                            ? "holds"
-                                                   : "IS MISSED");
+    text +=
+        fmt::format("  {:<20} {}\n", plan.constraints[c],
+                    best.missed_by[c] > plan.constraint_tolerance ? "IS MISSED"
+                    : std::abs(best.worth.excess[c]) <= 10 * plan.constraint_tolerance * best.worth.size[c] ? "active"
+                                                                                                            : "holds");
   if (!best.feasible) text += "no design meets all constraints: this is the one that comes closest\n";
   return text;
 }

@@ -14,7 +14,8 @@ struct DesignRow {
   std::vector<double> parameters;  ///< in their units
   Worth worth;
   bool feasible = false;
-  double missed = 0;  ///< the most by which a constraint is missed, as a share of its larger side
+  std::vector<double> missed_by;  ///< of each constraint, as a share of its larger side
+  double missed = 0;              ///< the most by which a constraint is missed, as a share of its larger side
 };
 
 struct Optimum {

@@ -325,6 +325,14 @@ TEST(Sweep, FailedPointsStayVisibleWithTheirCause) {
   EXPECT_EQ(open_points(study, folder / "out", true), (std::vector<std::size_t>{2, 3}));
 }
 
+/// Before the first run, of columns that only the series knows too.
+TEST(Sweep, RefusesAColumnThatTheSeriesHasNot) {
+  const SweepFolder folder;
+  const std::string plan = folder.plan(changed(plan_text, "column: height", "column: heigth"));
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 2);
+  EXPECT_TRUE(done_points(folder / "out").empty());
+}
+
 TEST(Sweep, AnotherPlanMayNotUseTheFolder) {
   const SweepFolder folder;
   const std::string plan = folder.plan(changed(plan_text, "values: [1 kg, 2 kg, 4 kg]", "values: [1 kg]"));

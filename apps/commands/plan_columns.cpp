@@ -1,0 +1,26 @@
+#include "apps/commands/plan_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "libsim/base/problems.hpp"
+#include "libsim/run/runner.hpp"
+#include "libsim/scenario/load.hpp"
+
+namespace subsoil::sim {
+
+void refuse_unknown_columns(const std::string& plan, const Study& study) {
+  const auto has_column = [](const SweepNumber& n) { return !n.column.empty(); };
+  if (std::none_of(study.numbers.begin(), study.numbers.end(), has_column)) return;
+  const std::vector<std::string> sets = study.points.empty() ? std::vector<std::string>{} : study.points.front().sets;
+  std::vector<std::string> known;
+  for (const SeriesColumn& c : columns_of(load_scenario(study.scenario, sets))) known.push_back(c.name);
+  if (known.empty()) return;
+  for (const SweepNumber& n : study.numbers)
+    if (has_column(n) && std::find(known.begin(), known.end(), n.column) == known.end())
+      throw ScenarioError(fmt::format("{}: numbers.{}.column = {}: series.csv has no such column{}", plan, n.name,
+                                      n.column, suggestion(n.column, known)));
+}
+
+}  // namespace subsoil::sim
