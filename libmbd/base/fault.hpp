@@ -21,16 +21,26 @@ struct PartName {
   bool operator==(const PartName&) const = default;
 };
 
+/// A parameter of an element that is out of order, by the name that describe() gives it: KEY must be ...
+struct KeyFault : std::invalid_argument {
+  KeyFault(const std::string& name, const std::string& broken)
+      : std::invalid_argument(name + " " + broken), key(name), rule(broken) {}
+
+  std::string key, rule;
+};
+
 /// A model or start that contradicts itself.
 struct ModelFault : std::invalid_argument {
-  ModelFault(PartName part, const std::string& text) : std::invalid_argument(text), of(std::move(part)) {}
+  ModelFault(PartName part, const std::string& text, std::string its_key = {})
+      : std::invalid_argument(text), of(std::move(part)), key(std::move(its_key)) {}
 
-  PartName of;  ///< the first part that the text names
+  PartName of;      ///< the first part that the text names
+  std::string key;  ///< its parameter that is out of order; none where it is the part as a whole
 };
 
 /// A motion that cannot be followed beyond an instant.
 struct MotionFault : std::runtime_error {
-  enum class Cause { other, long_step };
+  enum class Cause { other, long_step, blow_up };
 
   MotionFault(double at, const std::string& text, Cause of = Cause::other)
       : std::runtime_error(timed(at, text)), time(at), cause(of) {}

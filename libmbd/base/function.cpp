@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "libmbd/base/fault.hpp"
+
 namespace subsoil::mbd {
 
 namespace {
@@ -70,8 +72,7 @@ double HarmonicFunction::double_integral(double t) const {
 
 void Function::check_share(const char* key) const {
   const auto* constant = get_if<ConstantFunction>();
-  if (constant != nullptr && !(std::abs(constant->value_) <= 1))
-    throw std::invalid_argument(std::string(key) + " must be from -1 to 1");
+  if (constant != nullptr && !(std::abs(constant->value_) <= 1)) throw KeyFault(key, "must be from -1 to 1");
 }
 
 void RampFunction::check() const {

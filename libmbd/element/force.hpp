@@ -58,6 +58,7 @@ struct Changeover {
 struct ForceColumn {
   const char* name;
   const char* unit;
+  bool whole = false;  ///< a whole number, which has no value between two instants
 };
 inline constexpr std::size_t max_force_columns = 6;
 using ForceValues = std::array<double, max_force_columns>;

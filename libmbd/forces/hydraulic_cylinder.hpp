@@ -4,6 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "libmbd/base/fault.hpp"
 #include "libmbd/base/function.hpp"
 #include "libmbd/element/force_geometry.hpp"
 #include "libmbd/element/hunt_crossley.hpp"
@@ -90,15 +91,15 @@ struct HydraulicCylinder {
     const auto refuse = [](const char* text) { throw std::invalid_argument(text); };
     if (!(bore > 0 && stroke > 0 && closed >= 0 && bulk > 0))
       refuse("bore, closed length and stroke must be given, bore, stroke and bulk modulus above 0");
-    if (!(rod >= 0 && rod < bore)) refuse("the rod must be thinner than the bore");
+    if (!(rod >= 0 && rod < bore)) throw KeyFault("rod", "must be thinner than the bore");
     if (flow.is_set() == has_valve()) refuse("needs either `flow given`, or `valve` or `controller`");
     valve.check_share("valve");
     if (has_valve() && !(supply > tank && rated_flow > 0))
       refuse("a valve needs its rated flow and a supply pressure above the tank's");
     if (flow.is_set() && start_b >= 0)
-      refuse(
-          "`start pressure b` with `flow given`: the rod side is open to the tank then and has its pressure; leave it "
-          "out, and give `tank pressure` instead");
+      throw KeyFault("start pressure b",
+                     "has no effect with `flow given`: the rod side is open to the tank then and has its pressure; "
+                     "leave it out, and give `tank pressure` instead");
   }
 
   bool has_valve() const { return valve.is_set() || !controller.empty(); }

@@ -8,6 +8,7 @@
 #include <string>
 #include <type_traits>
 
+#include "libmbd/base/fault.hpp"
 #include "libmbd/element/force.hpp"
 #include "libmbd/element/stick_slip.hpp"
 #include "libmbd/joints/revolute.hpp"
@@ -40,7 +41,7 @@ struct JointFriction {
   static constexpr ForceMembers has{
       .check = true, .initialise_from_pose = true, .stick = true, .trace = true, .joint = true, .profiles = true};
   static constexpr std::array<ForceColumn, 5> columns{
-      {{"force", "N"}, {"torque", "N m"}, {"sliding speed", "m/s"}, {"normal force", "N"}, {"sticking", "1"}}};
+      {{"force", "N"}, {"torque", "N m"}, {"sliding speed", "m/s"}, {"normal force", "N"}, {"sticking", "1", true}}};
   std::string joint{};  ///< its name; the bodies are the joint's
   double radius = std::numeric_limits<double>::quiet_NaN();
   double guide = std::numeric_limits<double>::quiet_NaN();
@@ -81,9 +82,9 @@ struct JointFriction {
   }
 
   void check() const {
-    if (!(mu_s >= mu_k && mu_k >= 0 && std::isfinite(mu_s)))
-      throw std::invalid_argument(
-          "mu_s and mu_k must be given, mu_k not negative and at most mu_s; equal values are Coulomb's friction");
+    if (!(mu_s >= 0 && std::isfinite(mu_s))) throw KeyFault("mu_s", "must be given and not negative");
+    if (!(mu_k >= 0 && mu_k <= mu_s))
+      throw KeyFault("mu_k", "must be given, not negative and at most mu_s; equal values are Coulomb's friction");
     if (!(stribeck_speed > 0 && regularisation_speed > 0 && viscous >= 0 && !(stick_damping < 0)))
       throw std::invalid_argument(
           "Stribeck and regularisation speed must be above 0, viscous and stick damping not negative");

@@ -53,8 +53,8 @@ void for_each_placed(const Lists& lists, Action action) {
 }
 
 /// `text` follows the name: "joint 'slot'" + ": ...".
-[[noreturn]] inline void refuse_model(const PartName& part, const std::string& text) {
-  throw ModelFault(part, part.text() + text);
+[[noreturn]] inline void refuse_model(const PartName& part, const std::string& text, const std::string& key = {}) {
+  throw ModelFault(part, part.text() + text, key);
 }
 
 /// Tells whose fault it is: "joint 'slot': ..."
@@ -62,6 +62,8 @@ template <class Action>
 void naming(const PartName& part, Action action) {
   try {
     action();
+  } catch (const KeyFault& fault) {
+    refuse_model(part, std::string(": ") + fault.what(), fault.key);
   } catch (const std::invalid_argument& error) {
     refuse_model(part, std::string(": ") + error.what());
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libmbd/base/fault.hpp"
 #include "libsim/keys/former_keys.hpp"
 #include "libsim/keys/known_keys.hpp"
 #include "libsim/keys/nodes.hpp"
@@ -267,6 +268,11 @@ void Reader::read_held(VariantMember& variant) {
   if (reading_.problems.count() != before) return;
   try {
     variant.check_held();
+  } catch (const mbd::KeyFault& e) {
+    if (const Node::Entry* entry = entry_of(e.key))
+      fault(entry->value, child(e.key), e.rule);
+    else
+      reading_.problems.add(node_.place, path_, e.what());
   } catch (const std::invalid_argument& e) {
     reading_.problems.add(node_.place, path_, e.what());
   }

@@ -136,14 +136,16 @@ TEST(ScenarioForces, RefusalsNamePlaceRuleAndCure) {
   const std::string motor =
       "{torque-speed motor: [sled, arm], torque curve: {table: [[0 rad/s, 3 N m], [9 rad/s, 0 N "
       "m]]}, share: ";
-  EXPECT_EQ(refusal(motor + "3}"), at + ": share must be from -1 to 1");
+  EXPECT_EQ(refusal(motor + "3}"), at + ".share = 3: must be from -1 to 1");
   EXPECT_EQ(refusal(motor + "{ramp: {to: 3}}}"), "") << "a function of time saturates";
   EXPECT_EQ(refusal(motor + "{ramp: {end: 1 s}}}"),
             at + ".share = {ramp: {end: 1 s}}: ramp function: has no effect, `from` and `to` are equal; give `to`");
   EXPECT_EQ(
       refusal("{hydraulic cylinder: [sled, arm], ends: [0 0 m, 1 7 m], bore: 50 mm, closed length: 0.6 m, stroke: "
               "9 m, supply pressure: 18 MPa, rated flow: 30 l/min, valve: -5}"),
-      at + ": valve must be from -1 to 1");
+      at + ".valve = -5: must be from -1 to 1");
+  EXPECT_EQ(refusal("{joint friction: slide, guide: 0.2 m, mu_s: 0.1, mu_k: 0.2}"),
+            at + ".mu_k = 0.2: must be given, not negative and at most mu_s; equal values are Coulomb's friction");
 }
 
 /// An outline contact of a floor with this second outline, and the rest of its keys.
