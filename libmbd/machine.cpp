@@ -75,7 +75,7 @@ void Machine::refuse_redundant() const {
   if (system_.model().redundancy == Redundancy::minimum_norm || report_.redundant.empty()) return;
   std::string text = "the machine has redundant constraints: ";
   for (std::size_t i = 0; i < report_.redundant.size(); ++i) text += (i ? "; " : "") + report_.redundant[i];
-  throw ModelFault(report_.redundant_parts.front(),
+  throw ModelFault(report_.redundant_parts.front().front(),
                    text + ". Free one of each group, or let redundant be minimum-norm");
 }
 
@@ -120,6 +120,7 @@ void Machine::measure(const std::string& name, AnyMeasure measure) {
         for (const MeasureColumn& column : columns) {
           names_.push_back(column.suffix.empty() ? name : name + "." + column.suffix);
           units_.emplace_back(column.unit);
+          whole_.push_back(false);
         }
         measures_.push_back({std::move(measure), columns.size()});
       },
@@ -167,8 +168,8 @@ MachineEnergy Machine::energy(const Instant& at) const {
 }
 
 void Machine::name_columns() {
-  const auto add = [&](const std::string& name, const char* unit) {
-    names_.push_back(name), units_.emplace_back(unit);
+  const auto add = [&](const std::string& name, const char* unit, bool whole = false) {
+    names_.push_back(name), units_.emplace_back(unit), whole_.push_back(whole);
   };
   const Model& model = system_.model();
   for (const auto& b : model.bodies) {
@@ -178,7 +179,7 @@ void Machine::name_columns() {
   }
   for (const auto& j : model.joints) add(j.name + ".fx", "N"), add(j.name + ".fy", "N"), add(j.name + ".moment", "N m");
   for (std::size_t i = 0; i < model.joints.size(); ++i)
-    if (system_.may_open(i)) add(model.joints[i].name + ".open", "1");
+    if (system_.may_open(i)) add(model.joints[i].name + ".open", "1", true);
   for (const auto& d : model.drivers) {
     const bool turns = visit([](const auto& driver) { return driver.angular(); }, d.element);
     add(d.name + (turns ? ".torque" : ".force"), turns ? "N m" : "N");
@@ -186,7 +187,7 @@ void Machine::name_columns() {
   for (const auto& f : model.forces)
     visit(
         [&](const auto& force) {
-          for (const auto& column : force.columns) add(f.name + "." + column.name, column.unit);
+          for (const auto& column : force.columns) add(f.name + "." + column.name, column.unit, column.whole);
         },
         f.element);
   for (const auto& c : model.controllers)

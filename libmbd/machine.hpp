@@ -118,6 +118,8 @@ class Machine {
   /// body, drivers, forces, energies, measures. Units beside. Values in the same order.
   const std::vector<std::string>& column_names() const { return names_; }
   const std::vector<std::string>& column_units() const { return units_; }
+  /// Whether a column holds whole numbers, which have no value between two instants.
+  bool column_is_whole(std::size_t column) const { return whole_[column] != 0; }
   void columns(std::span<double> out) const { columns(now(), out); }
   void columns(const Instant& at, std::span<double> out) const;
 
@@ -150,6 +152,7 @@ class Machine {
   double energy_at_start_ = 0;
   double most_energy_ = 0, lowest_potential_ = 0, highest_potential_ = 0;
   std::vector<std::string> names_, units_;
+  std::vector<char> whole_;
   struct Placed {
     AnyMeasure measure;
     std::size_t columns;

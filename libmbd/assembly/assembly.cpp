@@ -74,8 +74,9 @@ double largest_displacement(const System& system, const Eigen::VectorXd& change,
 
 struct Dependencies {
   int rank = 0;
-  std::vector<std::string> texts;
-  std::vector<PartName> members;
+  std::vector<std::string> texts;            ///< one per dependency
+  std::vector<std::vector<PartName>> parts;  ///< of each of them
+  std::vector<PartName> members;             ///< of all
 };
 
 /// Rank of Phi_q by singular values; the left null space says which constraints depend on each other.
@@ -114,7 +115,8 @@ Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& whol
   for (Eigen::Index k = 0; k < surplus; ++k) {
     Eigen::VectorXd weight = Eigen::VectorXd::Zero(whole.rows());
     weight(kept) = null.row(k).transpose();
-    found.texts.push_back("the constraints of " + list(owners(system, weight)) + " depend on each other");
+    found.parts.push_back(owners(system, weight));
+    found.texts.push_back("the constraints of " + list(found.parts.back()) + " depend on each other");
     all = all.cwiseMax(weight.cwiseAbs());
   }
   found.members = owners(system, all);
@@ -298,7 +300,7 @@ AssemblyReport assemble(System& system, double t, Eigen::VectorXd& q, Eigen::Vec
 
   report.rank = dependent.rank;
   report.freedom = system.coordinates() - dependent.rank;
-  report.redundant = dependent.texts, report.redundant_parts = dependent.members;
+  report.redundant = dependent.texts, report.redundant_parts = dependent.parts;
   report.residual = worst;
   int farthest = 1;
   report.moved = largest_displacement(system, q - start, &farthest);

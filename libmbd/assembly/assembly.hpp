@@ -18,11 +18,11 @@ struct AssemblyReport {
   int rank = 0;     ///< of Phi_q in the assembled pose
   int freedom = 0;  ///< coordinates - rank
   int iterations = 0;
-  double residual = 0;                    ///< maximum |Phi|, angles times the machine's length (m)
-  double moved = 0;                       ///< maximum displacement of a body by assembly, or length times angle (m)
-  std::string moved_body;                 ///< of this body
-  std::vector<std::string> redundant;     ///< one sentence per dependency among constraints, naming joints and drivers
-  std::vector<PartName> redundant_parts;  ///< all that these name, in the order of their equations
+  double residual = 0;                 ///< maximum |Phi|, angles times the machine's length (m)
+  double moved = 0;                    ///< maximum displacement of a body by assembly, or length times angle (m)
+  std::string moved_body;              ///< of this body
+  std::vector<std::string> redundant;  ///< one sentence per dependency among constraints, naming joints and drivers
+  std::vector<std::vector<PartName>> redundant_parts;  ///< what each of these names, in the order of their equations
 };
 
 /// Brings a rough guess of q onto the constraints with the minimum change of q (Newton, minimum norm), and q' onto

@@ -28,7 +28,7 @@ struct OutlineContact {
     return members;
   }();
   static constexpr std::array<ForceColumn, 5> columns{
-      {{"normal force", "N"}, {"friction", "N"}, {"gap", "m"}, {"slip", "m/s"}, {"contacts", "1"}}};
+      {{"normal force", "N"}, {"friction", "N"}, {"gap", "m"}, {"slip", "m/s"}, {"contacts", "1", true}}};
   int body_a = -1, body_b = -1;
   OutlineForm first{}, second{};
   ContactLaw law{};

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "libmbd/base/polymorphic.hpp"
 #include "libmbd/element/force.hpp"
 
 namespace subsoil::mbd {
@@ -37,19 +38,6 @@ class OwnForce {
       body_a = own.body_a, body_b = own.body_b;
     }
   }
-  OwnForce(const OwnForce& other)
-      : columns(other.columns),
-        body_a(other.body_a),
-        body_b(other.body_b),
-        first_state(other.first_state),
-        held_(other.held_->copy()) {}
-  OwnForce(OwnForce&&) noexcept = default;
-  OwnForce& operator=(OwnForce other) noexcept {
-    std::swap(columns, other.columns), std::swap(held_, other.held_);
-    body_a = other.body_a, body_b = other.body_b, first_state = other.first_state;
-    return *this;
-  }
-  ~OwnForce() = default;
 
   void check() const { held_->check(); }
   void initialise_from_pose(const Scene& scene) { held_->initialise_from_pose(seen(scene)); }
@@ -130,7 +118,7 @@ class OwnForce {
     return own;
   }
 
-  std::unique_ptr<Base> held_;
+  Polymorphic<Base> held_;
 };
 
 }  // namespace subsoil::mbd

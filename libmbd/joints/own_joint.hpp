@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "libmbd/base/polymorphic.hpp"
 #include "libmbd/element/constraint.hpp"
 
 namespace subsoil::mbd {
@@ -37,20 +38,6 @@ class OwnJoint {
     static_assert(!J::has.third_body, "OwnJoint takes joints of two bodies");
     held_->points(p_a, p_b);
   }
-  OwnJoint(const OwnJoint& other)
-      : angular(other.angular),
-        body_a(other.body_a),
-        body_b(other.body_b),
-        p_a(other.p_a),
-        p_b(other.p_b),
-        held_(other.held_->copy()) {}
-  OwnJoint(OwnJoint&&) noexcept = default;
-  OwnJoint& operator=(OwnJoint other) noexcept {
-    angular = other.angular, body_a = other.body_a, body_b = other.body_b, p_a = other.p_a, p_b = other.p_b;
-    std::swap(held_, other.held_);
-    return *this;
-  }
-  ~OwnJoint() = default;
 
   void check() const { held_->check(); }
   void initialise_from_pose(const BodyState& a, const BodyState& b, double t) {
@@ -102,7 +89,7 @@ class OwnJoint {
     }
   };
 
-  std::unique_ptr<Base> held_;
+  Polymorphic<Base> held_;
 };
 
 template <class J>

@@ -112,9 +112,11 @@ constexpr ColumnOf<SoilAsWhole> bed[] = {
 
 double count(std::size_t n) { return static_cast<double>(n); }
 constexpr ColumnOf<SoilAsWhole> bonds[] = {
-    {"bonds", "1", [](From f, Whole) { return count(f.world.bed->bonds().intact()); }},
-    {"bonds broken in tension", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_tension); }},
-    {"bonds broken in shear", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_shear); }},
+    {"bonds", "1", [](From f, Whole) { return count(f.world.bed->bonds().intact()); }, false, true},
+    {"bonds broken in tension", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_tension); }, false,
+     true},
+    {"bonds broken in shear", "1", [](From f, Whole) { return count(f.world.bed->bonds().broken_in_shear); }, false,
+     true},
     {"broken", "J", [](From f, Whole) { return energy(f).lost.breaking; }},
     {"yielded", "J", [](From f, Whole) { return energy(f).lost.yielding; }}};
 
@@ -122,7 +124,7 @@ constexpr ColumnOf<SoilAsWhole> forces[] = {{"force work", "J", [](From f, Whole
 
 constexpr ColumnOf<SoilAsWhole> frozen[] = {
     {"frozen", "J", [](From f, Whole) { return energy(f).frozen; }},
-    {"frozen spheres", "1", [](From f, Whole) { return count(f.world.bed->frozen_count()); }}};
+    {"frozen spheres", "1", [](From f, Whole) { return count(f.world.bed->frozen_count()); }, false, true}};
 
 const dem::MovingBed& window(From f) { return f.world.moving->window; }
 constexpr ColumnOf<SoilAsWhole> windows[] = {
@@ -136,7 +138,7 @@ constexpr ColumnOf<SoilAsWhole> windows[] = {
 const dem::CarriedSoil& poured(From f, const InletOfWorld& i) { return f.world.inlets[i.index].inlet.poured(); }
 constexpr ColumnOf<InletOfWorld> inlets[] = {
     {"poured", "kg", [](From f, const InletOfWorld& i) { return poured(f, i).mass; }},
-    {"spheres", "1", [](From f, const InletOfWorld& i) { return count(poured(f, i).spheres); }},
+    {"spheres", "1", [](From f, const InletOfWorld& i) { return count(poured(f, i).spheres); }, false, true},
     {"energy", "J", [](From f, const InletOfWorld& i) { return poured(f, i).energy(); }}};
 
 }  // namespace

@@ -27,6 +27,7 @@ struct ColumnOf {
   const char* unit;
   double (*value)(const ColumnSources&, const Owner&);
   bool in_summary = false;
+  bool whole = false;  ///< a whole number, which has no value between two instants
 };
 
 /// The columns of all owners of one kind, in their order.

@@ -20,8 +20,9 @@ bool is_measure(const MachineSection& machine, const std::string& column) {
                      [&](const NamedMeasure& m) { return m.name == owner; });
 }
 
-std::size_t Columns::add(const std::string& name, const std::string& unit) {
+std::size_t Columns::add(const std::string& name, const std::string& unit, bool whole) {
   columns_.push_back({name, unit});
+  whole_.push_back(whole);
   const auto unit_of = [&](const std::string& of) {
     const int found = find(of);
     return found < 0 ? std::string() : columns_[static_cast<std::size_t>(found)].unit;
@@ -34,7 +35,7 @@ std::size_t Columns::add(const std::string& name, const std::string& unit) {
 template <class Owner>
 void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of) {
   for (const ColumnOf<Owner>& c : family.columns) {
-    const std::size_t column = add(owner.empty() ? c.name : owner + "." + c.name, c.unit);
+    const std::size_t column = add(owner.empty() ? c.name : owner + "." + c.name, c.unit, c.whole);
     if (c.in_summary) summarised_.push_back(column);
     sources_[static_cast<int>(family.taken)].push_back(
         {column, [from = ColumnSources{world_, simulation_}, of, value = c.value] { return value(from, of); }});
@@ -48,7 +49,7 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
     machine_first_ = columns_.size();
     for (std::size_t i = 0; i < world.machine->column_names().size(); ++i) {
       const std::string& name = world.machine->column_names()[i];
-      const std::size_t column = add(name, world.machine->column_units()[i]);
+      const std::size_t column = add(name, world.machine->column_units()[i], world.machine->column_is_whole(i));
       if (is_measure(*loaded.scenario.machine, name)) summarised_.push_back(column);
       if (!is_mean(column)) of_machine_instant_.push_back(column);
     }

@@ -49,6 +49,8 @@ class Columns {
   const std::vector<SeriesColumn>& list() const { return columns_; }
   bool is_mean(std::size_t column) const { return mean_[column] != 0; }
   bool has_means() const { return has_means_; }
+  /// Whole numbers have no value between two instants: states of joints and friction, counts.
+  bool is_whole(std::size_t column) const { return whole_[column] != 0; }
   /// Values of every step are needed, not only of samples: for means, or for the summary.
   bool needs_every_step() const { return has_means_ || !summarised_.empty(); }
   /// Before a step: everything that is of the instant t_n, into `row`. Without soil and means that is all.
@@ -114,7 +116,7 @@ class Columns {
     bool averaged = false;  ///< a formula of columns of means
   };
   double value_of(const WatchSource& w, std::span<const double> row) const;
-  std::size_t add(const std::string& name, const std::string& unit);
+  std::size_t add(const std::string& name, const std::string& unit, bool whole = false);
   template <class Owner>
   void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
   void add_soil();
@@ -137,7 +139,7 @@ class Columns {
   const Scenario& scenario_;
   bool has_means_ = false, has_averaged_ = false;
   std::vector<SeriesColumn> columns_;
-  std::vector<char> mean_;
+  std::vector<char> mean_, whole_;
   std::vector<double> machine_values_;
   std::unique_ptr<mbd::Evaluation> middle_;    ///< of a step of a machine alone
   std::vector<double> step_begin_, step_end_;  ///< rows of both ends of a step, for formulas of means

@@ -361,16 +361,21 @@ void look_at_start(const World& world, Texts& out) {
 /// Events at the force in a joint that shares its load with others: which share it has no constraint says.
 void look_at_shared_events(const Loaded& loaded, const World& world, Texts& out) {
   if (!world.machine) return;
+  const mbd::AssemblyReport& assembly = world.machine->assembly();
   for (const JointEventSection& e : loaded.scenario.machine->events) {
-    const std::string& joint = e.opens.empty() ? e.closes : e.opens;
-    for (const std::string& group : world.machine->assembly().redundant)
-      if (e.reaction_above && group.find("'" + joint + "'") != std::string::npos) {
-        out.push_back(
-            fmt::format("{}: {}, so the force in '{}' is not determined: the event sees the share of minimum "
-                        "norm. Free the constraint that is too many, or open at a measure",
-                        loaded.where("machine.events." + e.name + ".reaction above"), group, joint));
-        break;
-      }
+    if (!e.reaction_above) continue;
+    const mbd::PartName joint{mbd::PartName::Kind::joint, e.opens.empty() ? e.closes : e.opens};
+    const auto shares = [&](const std::vector<mbd::PartName>& group) {
+      return std::find(group.begin(), group.end(), joint) != group.end();
+    };
+    const auto& groups = assembly.redundant_parts;
+    const auto group = std::find_if(groups.begin(), groups.end(), shares);
+    if (group == groups.end()) continue;
+    out.push_back(
+        fmt::format("{}: {}, so the force in '{}' is not determined: the event sees the share of minimum "
+                    "norm. Free the constraint that is too many, or open at a measure",
+                    loaded.where("machine.events." + e.name + ".reaction above"),
+                    assembly.redundant[static_cast<std::size_t>(group - groups.begin())], joint.name));
   }
 }
 

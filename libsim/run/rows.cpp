@@ -1,34 +1,17 @@
 #include "libsim/run/rows.hpp"
 
-#include <algorithm>
-#include <array>
-#include <string>
-#include <string_view>
 #include <utility>
 
 #include "libsim/run/columns.hpp"
 
 namespace subsoil::sim {
-namespace {
-
-/// Whole numbers, which have no value between two instants: states of joints and friction, counts of contacts and
-/// bonds.
-bool is_held(const SeriesColumn& c) {
-  constexpr std::array<std::string_view, 3> suffixes{".open", ".sticking", ".contacts"};
-  return c.unit == "1" && (c.name.starts_with("soil.") ||
-                           std::any_of(suffixes.begin(), suffixes.end(), [&](auto s) { return c.name.ends_with(s); }));
-}
-
-}  // namespace
-
 Rows::Rows(const Columns& columns, SeriesWriter& series, double close)
     : columns_(columns), series_(series), close_(close), means_(columns.list().size()) {
   last_.assign(columns.list().size(), 0.0);
-  for (const SeriesColumn& c : columns.list()) held_.push_back(is_held(c));
 }
 
 double Rows::between(std::size_t column, double before, double now, double share) const {
-  if (held_[column]) return share > 0.5 ? before : now;
+  if (columns_.is_whole(column)) return share > 0.5 ? before : now;
   return share * before + (1 - share) * now;
 }
 

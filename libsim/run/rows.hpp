@@ -52,7 +52,6 @@ class Rows {
   bool begun_ = false;
   bool jumps_ = false;  ///< at the instant now
   std::vector<double> last_;
-  std::vector<char> held_;  ///< columns of whole numbers
 };
 
 }  // namespace subsoil::sim
