@@ -1,5 +1,6 @@
 #include "libmbd/assembly/partition.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdio>
 #include <limits>
@@ -38,8 +39,11 @@ constexpr double rounding = 2e-16;
 // A predictor errs by a small share of the velocities; another branch turns or stops some of them.
 constexpr double most_turn = 0.3;
 constexpr double rest_speed = 1e-8;  // lengths of the machine in a second
-// Contraction by friction is about mu times a ratio of moment arms; 0.95 still settles.
-constexpr int most_friction_iterations = 600;
+// Friction returns about mu times a ratio of moment arms of a change of the reaction. At a half, a few passes settle;
+// Newton's method needs two more per equation and finds the share itself.
+constexpr int most_friction_passes = 6, most_friction_steps = 20, most_patient_passes = 600;
+// Of the largest multiplier, for slopes by differences: T is piecewise linear in slides and smooth in pins.
+constexpr double friction_difference = 1e-6;
 
 template <std::size_t count>
 using Count = std::integral_constant<std::size_t, count>;
@@ -114,7 +118,7 @@ void refuse_blow_up(const System& system, const MotionState& m) {
             (i % 3 == 2 ? " rad/s" : " m/s") +
             ", beyond a million lengths of the machine or ten million in a second; the step is too long for the "
             "stiffest spring, or a force feeds the motion without bound",
-        MotionFault::Cause::long_step);
+        MotionFault::Cause::blow_up);
   }
 }
 
@@ -737,26 +741,81 @@ void Partition::solve_accelerations(MotionState& m) {
   }
 }
 
-void Partition::solve_with_friction(MotionState& m) {
+// One pass lambda -> T(lambda): the multipliers that belong to friction by those given. Returns the largest change.
+double Partition::friction_pass(MotionState& m) {
+  system_.set_multipliers(m.lambda);
+  take_loads();
+  lambda_before_ = m.lambda;
+  solve_accelerations(m);
+  return (m.lambda - lambda_before_).cwiseAbs().maxCoeff();
+}
+
+bool Partition::iterate_friction(MotionState& m, int most) {
   double before = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration < most_friction_iterations; ++iteration) {
-    system_.set_multipliers(m.lambda);
-    take_loads();
-    lambda_before_ = m.lambda;
-    solve_accelerations(m);
-    const double size = m.lambda.cwiseAbs().maxCoeff(), change = (m.lambda - lambda_before_).cwiseAbs().maxCoeff();
-    if (change <= 1e-13 * size || (change <= 1e-11 * size && change > 0.5 * before)) return;
-    if (!(size < 1e100)) break;
+  for (int pass = 0; pass < most; ++pass) {
+    const double change = friction_pass(m), size = m.lambda.cwiseAbs().maxCoeff();
+    if (change <= 1e-13 * size || (change <= 1e-11 * size && change > 0.5 * before)) return true;
+    if (!(size < 1e100)) return false;
     before = change;
   }
-  const auto& rows = system_.friction_rows();
-  const int worst = *std::max_element(rows.begin(), rows.end(), [&](int a, int b) {
-    return std::abs(m.lambda[a] - lambda_before_[a]) < std::abs(m.lambda[b] - lambda_before_[b]);
-  });
-  throw std::runtime_error("friction and reaction do not settle at t = " + std::to_string(m.t) +
-                           " s: " + system_.owner(worst) +
-                           " locks itself, the friction raises the reaction that makes it without bound; a smaller mu "
-                           "or a longer guide frees it");
+  return false;
+}
+
+void Partition::solve_with_friction(MotionState& m) {
+  if (iterate_friction(m, most_friction_passes)) return;
+  const LockedFriction found = solve_strong_friction(m);
+  if (found.settled) return;
+  // Between the branches of |N| and of the two ends of a guide Newton's method may turn in a circle.
+  if (found.returned < 1 && iterate_friction(m, most_patient_passes)) return;
+  char share[32];
+  std::snprintf(share, sizeof share, "%.3g", found.returned);
+  throw std::runtime_error("no unique acceleration at t = " + std::to_string(m.t) + " s: " + system_.owner(found.row) +
+                           " locks itself; its friction returns " + share +
+                           " times a change of the reaction that makes it, and must return less than 1. A smaller mu, "
+                           "a longer guide or a load along the friction frees it");
+}
+
+// Newton's method for T(y) = y, y the multipliers that friction reads. Of two solutions it may find either, so the
+// spectral radius of T' there decides: from 1 on the accelerations are not unique, or there are none (Painleve).
+Partition::LockedFriction Partition::solve_strong_friction(MotionState& m) {
+  std::vector<Eigen::Index> rows;
+  for (const int row : system_.friction_rows()) rows.push_back(row), rows.push_back(row + 1);
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  const auto next = [&](const Eigen::VectorXd& y) {
+    m.lambda(rows) = y;
+    friction_pass(m);
+    return Eigen::VectorXd(m.lambda(rows));
+  };
+  LockedFriction found{.row = static_cast<int>(rows.front())};
+  Eigen::VectorXd y = m.lambda(rows);
+  Eigen::MatrixXd slope(n, n);
+  double before = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < most_friction_steps; ++step) {
+    const Eigen::VectorXd t = next(y);
+    const double size = m.lambda.cwiseAbs().maxCoeff(), change = (t - y).cwiseAbs().maxCoeff();
+    if (!(size < 1e100)) break;
+    if (change <= 1e-13 * size || (change <= 1e-11 * size && change > 0.5 * before)) {
+      found.settled = found.returned < 1;
+      break;
+    }
+    before = change;
+    const Eigen::VectorXd solution = m.lambda;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Eigen::VectorXd beside = y;
+      beside[k] += friction_difference * size;
+      slope.col(k) = (next(beside) - t) / (friction_difference * size);
+    }
+    m.lambda = solution;
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(slope);
+    Eigen::Index fastest = 0, largest = 0;
+    found.returned = solver.eigenvalues().cwiseAbs().maxCoeff(&fastest);
+    solver.eigenvectors().col(fastest).cwiseAbs().maxCoeff(&largest);
+    found.row = static_cast<int>(rows[static_cast<std::size_t>(largest)]);
+    y += (Eigen::MatrixXd::Identity(n, n) - slope).partialPivLu().solve(t - y);
+  }
+  return found;
 }
 
 Eigen::VectorXd Partition::reactions(const MotionState& m) const {

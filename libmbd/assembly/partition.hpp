@@ -50,10 +50,11 @@ void refuse_blow_up(const System& system, const MotionState& m);
 /// costs a time linear in the number of links of a chain. S also tells how near a singular pose is, and there alone
 /// solves; so where a pivot of Phi_u has become small it is used whatever the freedom.
 /// All factors have a fixed pattern from choose() on. Redundant equations stay outside them.
-/// Friction in joints makes F depend on lambda: the two are iterated to 1e-13, starting from the lambda given; where
-/// that does not contract the joint locks itself, and accelerate() reports it. sensitivity(): how far the worst pivot
-/// of Phi_u has fallen since the choice; |R| grows with it without bound as Phi_u becomes singular, and it costs
-/// nothing, so it is what asks for a new choice.
+/// Friction in joints makes F depend on lambda: lambda = T(lambda) is iterated to 1e-13, starting from the lambda
+/// given, and solved by Newton's method where that is slow. Where the spectral radius of T' is not below 1 the joint
+/// locks itself, and accelerate() reports it. sensitivity(): how far the worst pivot of Phi_u has fallen since the
+/// choice; |R| grows with it without bound as Phi_u becomes singular, and it costs nothing, so it is what asks for a
+/// new choice.
 class Partition {
  public:
   explicit Partition(System& system);
@@ -163,7 +164,17 @@ class Partition {
   void correct_reduced(MotionState& m, bool open);
   double balance(const MotionState& m);
   void solve_accelerations(MotionState& m);
+  double friction_pass(MotionState& m);
   void solve_with_friction(MotionState& m);
+  /// What Newton's method finds: whether it has settled, the share of a change of the reactions that friction returns,
+  /// and the equation in which that is the largest.
+  struct LockedFriction {
+    bool settled = false;
+    double returned = 0;
+    int row = 0;
+  };
+  bool iterate_friction(MotionState& m, int most);
+  LockedFriction solve_strong_friction(MotionState& m);
   template <int sign>
   double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other);
   [[noreturn]] void refuse_singular(const MotionState& m) const;

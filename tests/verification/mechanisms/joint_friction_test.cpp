@@ -124,6 +124,32 @@ TEST_P(JointFrictionBy, MomentInTheGuideIncludesItsOwn) {
   EXPECT_NEAR(machine.body(1).v.x, 2 + 0.5 * (150 - force) / mass, 1e-7);
 }
 
+// The line runs above the centre of gravity: M = moment + above F, so F = 2 mu moment/(guide - 2 mu above). Friction
+// returns 0.999 of a change of the reaction, which magnifies rounding of 1e-13 a thousandfold.
+TEST_P(JointFrictionBy, JustBelowSelfLockingIsExact) {
+  constexpr double above = 0.333, mu = 0.3, guide = 0.2, moment = 0.02;
+  Machine machine(sledge(-above, mu, guide, 150, moment), options());
+  machine.start_from_pose();
+  for (int i = 0; i < 20; ++i) machine.advance(0.005);
+  const double force = 2 * mu * moment / (guide - 2 * mu * above);
+  ASSERT_GT(force / mu, mass * g);
+  EXPECT_NEAR(machine.force_value("friction", "force"), -force, 1e-6);
+  EXPECT_NEAR(machine.body(1).v.x, 2 + 0.1 * (150 - force) / mass, 1e-6);
+}
+
+// From 1 on there is none where the friction adds to the moment that makes it, and where it takes from it there are
+// two.
+TEST_P(JointFrictionBy, BeyondSelfLockingNoAccelerationIsUnique) {
+  for (const double above : {-0.35, 0.35}) {
+    Machine machine(sledge(-above, 0.3, 0.2, 150, 20), options());
+    const std::string text = test::message_of<std::runtime_error>([&] { machine.start_from_pose(); });
+    EXPECT_NE(text.find("no unique acceleration at t = 0"), std::string::npos) << text;
+    EXPECT_NE(text.find("joint 'slide' locks itself; its friction returns 1.05 times a change of the reaction"),
+              std::string::npos)
+        << text;
+  }
+}
+
 // Without other moments F below = M alone loads the guide: F = (2 mu below/guide) F has no solution but growth where
 // the bracket exceeds 1.
 TEST_P(JointFrictionBy, SelfLockingIsNamed) {
@@ -389,8 +415,7 @@ TEST(JointFriction, RefusesWhatItCannotActIn) {
   EXPECT_EQ(refusal([](Model&, JointFriction& f) { f.radius = NAN; }),
             "force 'friction': joint 'pin' is a pin: give its radius");
   EXPECT_EQ(refusal([](Model&, JointFriction& f) { f.mu_k = 0.3; }),
-            "force 'friction': mu_s and mu_k must be given, mu_k not negative and at most mu_s; equal values are "
-            "Coulomb's friction");
+            "force 'friction': mu_k must be given, not negative and at most mu_s; equal values are Coulomb's friction");
   EXPECT_EQ(refusal([](Model& m, JointFriction& f) {
               m.add("weld", Fixed{.body_a = ground, .body_b = 1});
               f.joint = "weld";
