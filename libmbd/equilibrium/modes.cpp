@@ -102,8 +102,13 @@ class Linearisation {
 };
 
 /// Diagonal D for which D^-1 A D has rows and columns of like norms (Parlett & Reinsch 1969), powers of 2: eigenvalues
-/// keep the digits that oil in Pa beside metres would cost.
-VectorXd balancing(const MatrixXd& a) {
+/// keep the digits that oil in Pa beside metres would cost. What rounding leaves of a zero, below its share of the
+/// row's largest entry, has no say: it would make a coordinate that nothing depends on a million times larger.
+VectorXd balancing(MatrixXd a) {
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    const double rounding = std::numeric_limits<double>::epsilon() * a.row(i).cwiseAbs().maxCoeff();
+    a.row(i) = (a.row(i).array().abs() > rounding).select(a.row(i), 0);
+  }
   VectorXd d = VectorXd::Ones(a.rows());
   for (int sweep = 0; sweep < 20; ++sweep) {
     bool changed = false;
