@@ -292,6 +292,8 @@ void Adaptive::stop_at_hidden_event(double begin) {
 }
 
 void Adaptive::give_up(long taken, double end) {
+  need_state();
+  refuse_blow_up(system_, now_);  // beyond all bounds within finite time: steps vanish there
   char text[160];
   std::snprintf(text, sizeof text, "%ld steps did not reach %.9g s, the last is of %.2g s; ", taken, end, last_step_);
   MotionFault::Cause cause = MotionFault::Cause::other;
@@ -304,7 +306,6 @@ void Adaptive::give_up(long taken, double end) {
   } catch (const std::runtime_error& error) {
     why = error.what();
   }
-  need_state();
   throw MotionFault(front_, text + why + standing_out(system_, partition_, now_), cause);
 }
 

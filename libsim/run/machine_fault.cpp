@@ -31,6 +31,19 @@ std::string largest_force(const World& world, const Scenario& s, const mbd::Inst
   return fmt::format("`{}` = {:.3g} {}", names[largest], values[largest], world.machine->column_units()[largest]);
 }
 
+/// Which force has put in all the energy that there is; empty where the balance does not close, so that nobody knows.
+std::string fed_by(const World& world) {
+  const mbd::Instant at = world.machine->now();
+  const mbd::MachineEnergy e = world.machine->energy(at);
+  const auto& forces = world.machine->system().model().forces;
+  const auto count = static_cast<Eigen::Index>(forces.size());
+  if (count == 0 || !(e.closure() <= most_closure)) return {};
+  Eigen::Index i = 0;
+  const double work = at.flows.of_elements.segment(count, count).maxCoeff(&i);
+  if (!(work > e.moved / 3)) return {};  // beside it the kinetic energy that it became
+  return fmt::format("`{}` has put in {:.3g} J", forces[static_cast<std::size_t>(i)].name, work);
+}
+
 }  // namespace
 
 std::string shorter_step(const Scenario& s, const World& world) {
@@ -44,6 +57,11 @@ std::string shorter_step(const Scenario& s, const World& world) {
   if (kind == mbd::IntegratorKind::cvode || kind == mbd::IntegratorKind::ida)
     return "give a smaller `time.machine.rtol`";
   return fmt::format("give a `time.machine.step` below {:.3g} s", world.step.machine_step);
+}
+
+std::string finer_machine(const Scenario& s, const World& world) {
+  const bool fixed = world.bed && integrator_of(s) == mbd::IntegratorKind::adams_moulton;
+  return shorter_step(s, world) + (fixed ? ", or take `time.machine: {integrator: cvode}`" : "");
 }
 
 std::string machine_fault(const Scenario& s, const World& world) {
@@ -67,7 +85,7 @@ std::string machine_fault(const Scenario& s, const World& world, const mbd::Inst
       "above limits.energy = {:g}; the step is too long for the motion, or a driver or force jumps{}; {}, or raise the "
       "limit",
       e.balance(), off / (e.moved + brought), e.moved + brought, s.limits.energy,
-      force.empty() ? std::string() : " (the maximum force is " + force + ")", shorter_step(s, world));
+      force.empty() ? std::string() : " (the maximum force is " + force + ")", finer_machine(s, world));
 }
 
 std::string step_failure(const std::exception& error, double t, const Scenario& scenario, const World& world) {
@@ -80,8 +98,13 @@ std::string step_failure(const std::exception& error, double t, const Scenario& 
   std::string text = error.what();
   if (of_bed != nullptr)
     if (const std::string advice = overlap_advice(*of_bed, world, scenario); !advice.empty()) text += "; " + advice;
-  if (of_machine != nullptr && of_machine->cause == mbd::MotionFault::Cause::long_step)
-    text += "; " + shorter_step(scenario, world);
+  using Cause = mbd::MotionFault::Cause;
+  const Cause cause = of_machine != nullptr ? of_machine->cause : Cause::other;
+  const std::string fed = cause == Cause::blow_up ? fed_by(world) : std::string();
+  if (!fed.empty())
+    text += "; the energy balance closes, so it is the force: " + fed;
+  else if (cause != Cause::other)
+    text += "; " + finer_machine(scenario, world);
   return of_bed != nullptr || of_machine != nullptr ? text : timed(text);  // these state their time
 }
 

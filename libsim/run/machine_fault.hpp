@@ -9,6 +9,11 @@ namespace subsoil::sim {
 
 /// How to give the machine shorter steps, by the keys that act in this run.
 std::string shorter_step(const Scenario& scenario, const World& world);
+/// The same, or steps of the machine's own beside the soil's.
+std::string finer_machine(const Scenario& scenario, const World& world);
+
+/// Of the energy there or moved: an energy balance that is off by more is warned of.
+inline constexpr double most_closure = 1e-3;
 
 /// Why the machine's motion is not resolved, by its energy balance, and which force is maximum then; empty where the
 /// balance is within `limits.energy`.

@@ -17,7 +17,7 @@ namespace {
 
 // Beyond these a run is no answer to trust: shares of the energy, of the machine's length and speed, and of the work
 // between soil and machine.
-constexpr double most_closure = 1e-3, most_step_error = 1e-3, most_exchange_error = 1e-2;
+constexpr double most_step_error = 1e-3, most_exchange_error = 1e-2;
 
 /// What the scenario gives of a machine alone that keeps its step from following its error.
 std::string fixes_machine_step(const Scenario& s) {
@@ -63,7 +63,7 @@ void RunLoop::write_step_error() {
         fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
                     "the run; {}",
                     world_.step.machine_step, error.sum(),
-                    world_.bed ? shorter_step(s_, world_) : "shorten them, or leave out " + fixes_machine_step(s_)));
+                    world_.bed ? finer_machine(s_, world_) : "shorten them, or leave out " + fixes_machine_step(s_)));
 }
 
 void RunLoop::warn_of_machine_energy() {
@@ -75,7 +75,7 @@ void RunLoop::warn_of_machine_energy() {
     summary_->warn(
         fmt::format("the machine's energy balance is off by {:.2g} of the energy there or moved: its motion is not "
                     "resolved; {}",
-                    closure, shorter_step(s_, world_)));
+                    closure, finer_machine(s_, world_)));
 }
 
 void RunLoop::warn_of_exchange() {

@@ -8,6 +8,7 @@
 
 #include "libmbd/controllers.hpp"
 #include "libmbd/drivers/distance_driver.hpp"
+#include "libmbd/forces/hydraulic_cylinder.hpp"
 #include "libmbd/measures/control_input.hpp"
 #include "libmbd/system/beam.hpp"
 #include "libsim/document/expression.hpp"
@@ -24,10 +25,10 @@ bool starts_in_equilibrium(const Scenario& s) {
 }
 
 /// Where a part of the machine stands: libmbd knows names and no files.
-std::string place_of(const Loaded& loaded, const mbd::PartName& part) {
+std::string place_of(const Loaded& loaded, const mbd::PartName& part, const std::string& key) {
   using Kind = mbd::PartName::Kind;
   const auto in = [&](const char* section) {
-    return loaded.where(std::string("machine.") + section + "." + part.name);
+    return loaded.where(std::string("machine.") + section + "." + part.name + (key.empty() ? "" : "." + key));
   };
   switch (part.kind) {
     case Kind::body:
@@ -106,6 +107,14 @@ int order_of(const Scenario& s) {
   return s.machine->beams.empty() ? order : std::min(order, 2);
 }
 
+/// A chamber answers its valves within 10 us, below the step of most soils: fixed steps would lose the oil's energy.
+bool has_oil(const Scenario& s) {
+  if (!s.machine || !s.machine->beams.empty()) return false;  // the waves of beams would make cvode slow
+  const auto& forces = s.machine->forces;
+  return std::any_of(forces.begin(), forces.end(),
+                     [](const NamedForce& f) { return f.element.get_if<mbd::HydraulicCylinder>() != nullptr; });
+}
+
 }  // namespace
 
 mbd::IntegratorKind integrator_of(const Scenario& s) {
@@ -122,8 +131,8 @@ mbd::IntegratorKind integrator_of(const Scenario& s) {
       break;
   }
   const bool alone = !s.soil && s.boundaries.empty();
-  const bool fixed = time.step || time.order;
-  if (!alone || fixed) return mbd::IntegratorKind::adams_moulton;
+  if (time.step || time.order) return mbd::IntegratorKind::adams_moulton;
+  if (!alone) return has_oil(s) ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::adams_moulton;
   // The fastest wave of a beam is a thousand times faster than what bends it: stiff.
   return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;
 }
@@ -207,7 +216,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
     if (!s.runs_in_time()) throw;  // the input is good; the analysis did not come to an end
     throw ScenarioError(loaded.where("machine") + ": " + error.what());
   } catch (const mbd::ModelFault& fault) {
-    throw ScenarioError(place_of(loaded, fault.of) + ": " + fault.what());
+    throw ScenarioError(place_of(loaded, fault.of, fault.key) + ": " + fault.what());
   } catch (const std::exception& error) {
     throw ScenarioError(loaded.where("machine") + ": " + error.what());
   }

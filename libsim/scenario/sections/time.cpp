@@ -16,10 +16,11 @@ void describe(Fields& v, MachineTime& t) {
        {"adams-moulton", IntegratorWord::adams_moulton},
        {"cvode", IntegratorWord::cvode},
        {"ida", IntegratorWord::ida}},
-      "auto: cvode for a machine alone, ida where it has beams, adams-moulton with soil and where `step` or `order` is "
-      "given; adams-moulton: "
-      "fixed step on partitioned coordinates, its error watched; cvode: SUNDIALS CVODE on the same, steps and orders "
-      "of its own, Adams or where the motion is stiff backward differences; ida: SUNDIALS IDA on the whole system");
+      "auto: cvode for a machine alone, ida where it has beams; with soil adams-moulton, cvode where it has hydraulic "
+      "cylinders; adams-moulton where `step` or `order` is given. adams-moulton: fixed step on partitioned "
+      "coordinates, "
+      "its error watched; cvode: SUNDIALS CVODE on the same, steps and orders of its own, Adams or where the motion is "
+      "stiff backward differences; ida: SUNDIALS IDA on the whole system");
   v.count("order", t.order, "[1, 6]", "of adams-moulton; left out: 4, with beams 2, which is the most there");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
              "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");

@@ -219,5 +219,63 @@ output: {series every: 10 ms}
   EXPECT_GT(read_series(dir / "out" / "series.csv").at("time").back(), 0.6);
 }
 
+/// Oil drawn from a cylinder opens its feed from the tank, which answers within 10 us; a soil step is 43 us. The
+/// machine then takes steps of its own, and its energy balance closes; at the steps of the soil it would not, and the
+/// failure names the cure.
+TEST(Dynamics, OilBesideSoilTakesStepsOfItsOwn) {
+  const std::string draw = R"(subsoil: 1
+materials: {a: {density: 2500 kg/m^3}, s: {density: 7800 kg/m^3}}
+contacts:
+  - {between: [a, a], law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.4}
+  - {between: [a, s], law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.4}
+soil:
+  container: {size: 200 200 60 mm, at: -100 0 -30 mm, material: s, periodic: [z]}
+  bed: {fill: lattice, material: a, radius: 9.8 mm, pitch: 20 mm, depth: 40 mm, inside machine: carve}
+machine:
+  bodies: {arm: {mass: 2 kg, inertia: 0.002 kg m^2, at: 0 100 mm}}
+  joints: {rail: {translational: [ground, arm], at: 0 100 mm, along: 1 0}}
+  forces:
+    oil:
+      hydraulic cylinder: [ground, arm]
+      ends: [-750 100 mm, 0 100 mm]
+      bore: 20 mm
+      rod: 10 mm
+      closed length: 0.6 m
+      stroke: 0.5 m
+      flow given: -2 l/min
+      dead volume: 0.01 l
+  surfaces: {blade: {body: arm, material: s, box: 12 60 30 mm, at: 0 -50 0 mm}}
+time: {end: 5 ms}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(draw), dir / "out"), exit_ok);
+  const auto energy = summary_of(dir / "out")["energy"];
+  EXPECT_LT(energy["machine closure over energy there or moved"].get<double>(), 1e-8);
+  EXPECT_GT(energy["lost in the machine [J]"].get<double>(), 1e-4) << "the feed throttles";
+  ASSERT_EQ(run_scenario(dir.scenario(draw), dir / "fixed", {"time.machine.integrator=adams-moulton"}), exit_failed);
+  const std::string failure = summary_of(dir / "fixed")["run"]["failure"];
+  EXPECT_TRUE(holds(failure, "the energy balance of the machine is off")) << failure;
+  EXPECT_TRUE(holds(failure, "take `time.machine: {integrator: cvode}`")) << failure;
+}
+
+/// I w' = c w^2 from w = 1 rad/s ends at I/c = 0.05 s. Steps shrink with the time that is left, so a count of steps
+/// would be met first.
+TEST(Dynamics, AMotorThatFeedsTheMotionWithoutBoundIsNamed) {
+  const std::string motor = R"(subsoil: 1
+analysis: dynamics
+machine:
+  bodies: {w: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m, spin: 1 rad/s}}
+  joints: {j: {revolute: [ground, w], at: 0 0 m}}
+  forces: {mot: {torque-speed motor: [ground, w], torque curve: {polynomial: {c2: 2 N m s^2/rad^2}}}}
+time: {end: 20 s}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(motor), dir / "out"), exit_failed);
+  const std::string failure = summary_of(dir / "out")["run"]["failure"];
+  EXPECT_TRUE(holds(failure, "the motion blows up, body 'w'")) << failure;
+  EXPECT_TRUE(holds(failure, "so it is the force: `mot` has put in")) << failure;
+  EXPECT_FALSE(holds(failure, "stiff,")) << failure;
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_analyses
