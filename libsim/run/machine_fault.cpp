@@ -41,7 +41,8 @@ std::string fed_by(const World& world) {
   Eigen::Index i = 0;
   const double work = at.flows.of_elements.segment(count, count).maxCoeff(&i);
   if (!(work > e.moved / 3)) return {};  // beside it the kinetic energy that it became
-  return fmt::format("`{}` has put in {:.3g} J", forces[static_cast<std::size_t>(i)].name, work);
+  return fmt::format("`{}` has put in {:.3g} J up to {:.6g} s", forces[static_cast<std::size_t>(i)].name, work,
+                     at.state.t);
 }
 
 }  // namespace
