@@ -42,14 +42,9 @@ Stepper::Stepper(const Loaded& loaded, World world, const SavedRun* saved)
 bool Stepper::advance(std::span<StepObserver* const> observers) {
   refresh_machine();
   for (StepObserver* o : observers) o->at_instant();
-  // No step follows the first instant at the end of the run or beyond it, and none wants the next block: the last row
-  // and the summary agree.
-  const double past = simulation_.time() - loaded_.scenario.time.end;
-  const bool ends = past >= -close() && past < simulation_.window_length() - close();
-  const bool window_advanced = !ends && world_.moving && world_.moving->follow(*world_.bed, simulation_);
-  const bool poured = pour();
+  const bool spheres_changed = !is_at_end() && bring_soil();
   StepRequest request;
-  for (StepObserver* o : observers) o->before_step(window_advanced || poured, request);
+  for (StepObserver* o : observers) o->before_step(spheres_changed, request);
   if (request.stop) return false;
   const bool follows = !is_exact() && columns_->has_history();
   if (!is_exact() && (request.instant || follows)) columns_->take_instant(values_);
@@ -69,11 +64,18 @@ bool Stepper::advance(std::span<StepObserver* const> observers) {
   return true;
 }
 
-bool Stepper::pour() {
+/// No step follows that instant. Soil that came then would be in the summary and in no row.
+bool Stepper::is_at_end() const {
+  const double past = simulation_.time() - loaded_.scenario.time.end;
+  return past >= -close() && past < simulation_.window_length() - close();
+}
+
+bool Stepper::bring_soil() {
+  const bool advanced = world_.moving && world_.moving->follow(*world_.bed, simulation_);
   const double last_step = has_stepped() ? simulation_.step_length() : 0;
-  std::size_t came = 0;
-  for (PouredSoil& one : world_.inlets) came += one.inlet.pour(*world_.bed, last_step);
-  return came > 0;
+  std::size_t poured = 0;
+  for (PouredSoil& one : world_.inlets) poured += one.inlet.pour(*world_.bed, last_step);
+  return advanced || poured > 0;
 }
 
 double Stepper::close() const {

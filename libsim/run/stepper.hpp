@@ -86,7 +86,10 @@ class Stepper {
 
  private:
   using PoseOfTime = std::function<dem::Pose(double)>;
-  bool pour();
+  /// Whether the bed stands at the first instant at the end of the run or beyond it.
+  bool is_at_end() const;
+  /// Advances a moving bed and pours inlets; whether spheres have come or gone.
+  bool bring_soil();
   void take_step(const StepRequest& request);
   void refresh_machine();
   void replace_simulation();

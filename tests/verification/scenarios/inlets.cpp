@@ -74,6 +74,26 @@ TEST(Inlets, AHopperThatIsFedComesToTheRateOfItsInlet) {
   EXPECT_LT(std::abs(summary["energy"]["bed closure [J]"].get<double>()), 5e-3 * moved);
 }
 
+/// No step follows the last instant of a run, and nothing is poured there: the last row is the summary. Steps of 0.1 ms
+/// pour every 5 ms, 1.9 spheres at a time; the last instant is the 40th of these times.
+TEST(Inlets, TheLastRowIsTheSummary) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(kHopper);
+  for (const char* end : {"0.2 s", "0.19997 s"}) {
+    SCOPED_TRACE(end);
+    ASSERT_EQ(run_scenario(file, dir / end, {"time.soil step=0.1 ms", std::string("time.end=") + end}), exit_ok);
+    const nlohmann::json feed = summary_of(dir / end)["inlets"]["feed"];
+    const Series series = read_series(dir / end / "series.csv");
+    // Sphere k is due at the rate times the time of (k - 1/2) m; the last ones came at 0.195 s.
+    EXPECT_EQ(feed["spheres"].get<double>(), std::floor(kRate * 0.195 / kMass + 0.5));
+    EXPECT_EQ(series.at("feed.spheres").back(), feed["spheres"].get<double>());
+    const double digits = 5e-9;  // rows have nine digits
+    EXPECT_NEAR(series.at("feed.poured").back(), feed["mass [kg]"].get<double>(), digits * 0.1);
+    EXPECT_NEAR(series.at("feed.energy").back(), feed["kinetic [J]"].get<double>() + feed["gravity [J]"].get<double>(),
+                digits * 0.3);
+  }
+}
+
 /// A run that continues from a state in its middle pours the same spheres at the same places.
 TEST(Inlets, ARestartPoursTheSameSpheres) {
   const RunDirectory dir;
