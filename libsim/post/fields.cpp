@@ -17,16 +17,6 @@
 namespace subsoil::sim {
 namespace {
 
-struct FrameBox {
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  void take(const float* p) {
-    for (int d = 0; d < 3; ++d) {
-      low[d] = std::min(low[d], static_cast<double>(p[d]));
-      high[d] = std::max(high[d], static_cast<double>(p[d]));
-    }
-  }
-};
-
 std::vector<std::size_t> chosen_frames(const FramesFile& file, const FieldsRequest& request) {
   const std::vector<double>& times = file.times();
   std::vector<std::size_t> out;
@@ -49,7 +39,7 @@ std::vector<std::size_t> chosen_frames(const FramesFile& file, const FieldsReque
 
 /// Over all that the kernels of all chosen frames reach, so that nothing is lost at its rim. Between periodic sides
 /// over the cell, in whole parts of it: the far side is the near one, and has no points of its own.
-FieldGrid lay_grid(const FrameBox& box, const FieldsRequest& request, double spacing, double reach,
+FieldGrid lay_grid(const dem::Bounds& box, const FieldsRequest& request, double spacing, double reach,
                    const dem::PeriodicCell& cell) {
   FieldGrid grid;
   for (int d = 0; d < 3; ++d) {
@@ -70,7 +60,7 @@ FieldGrid lay_grid(const FrameBox& box, const FieldsRequest& request, double spa
 }
 
 /// Of a section that no kernel reaches all fields are 0.
-void refuse_section_outside(const FrameBox& box, const FieldSection& section, double reach,
+void refuse_section_outside(const dem::Bounds& box, const FieldSection& section, double reach,
                             const dem::PeriodicCell& cell) {
   const int d = section.axis;
   const bool periodic = cell.length[d] > 0;
@@ -82,7 +72,7 @@ void refuse_section_outside(const FrameBox& box, const FieldSection& section, do
                   static_cast<char>('x' + d), section.at, low, high));
 }
 
-FieldGrid grid_over(const FrameBox& box, const FieldsRequest& request, double width, double reach,
+FieldGrid grid_over(const dem::Bounds& box, const FieldsRequest& request, double width, double reach,
                     const dem::PeriodicCell& cell) {
   double spacing = request.spacing.value_or(0.5 * width);
   FieldGrid grid = lay_grid(box, request, spacing, reach, cell);
@@ -199,14 +189,10 @@ FieldsReport write_fields(const FieldsRequest& request) {
   const std::vector<std::size_t> frames = chosen_frames(file, request);
   const RunFolder run = read_run_folder(request.run);
   const dem::PeriodicCell cell = periodic_cell(run.scenario ? &*run.scenario : nullptr);
-  FrameBox box;
+  const dem::Bounds box = file.extent(frames, false);
   double diameter = 0;
   for (const float r : file.radius()) diameter += 2.0 * r / static_cast<double>(file.particles());
-  for (const std::size_t f : frames) {
-    const FrameSpheres s = file.spheres(f, false);
-    for (std::size_t i = 0; i < s.index.size(); ++i) box.take(&s.position[3 * i]);
-  }
-  if (box.low.x > box.high.x) throw std::invalid_argument("the frames hold no spheres any more; choose others");
+  if (box.empty()) throw std::invalid_argument("the frames hold no spheres any more; choose others");
   const double width = request.width.value_or(diameter);
   const FieldKernel kernel(request.kernel, width);
   const FieldsHeld held{.velocity = file.holds(frames.front(), "velocity"),

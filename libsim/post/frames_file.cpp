@@ -137,6 +137,19 @@ FrameSpheres FramesFile::spheres(std::size_t frame, bool with_velocity) const {
   return out;
 }
 
+dem::Bounds FramesFile::extent(std::span<const std::size_t> frames, bool with_radii) const {
+  dem::Bounds box;
+  for (const std::size_t frame : frames) {
+    const FrameSpheres s = spheres(frame, false);
+    for (std::size_t i = 0; i < s.index.size(); ++i) {
+      const dem::Vec3 at{s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]};
+      const double r = with_radii ? radius_[s.index[i]] : 0;
+      box.include({at - dem::Vec3{r, r, r}, at + dem::Vec3{r, r, r}});
+    }
+  }
+  return box;
+}
+
 double FramesFile::travelled(std::size_t frame) const { return is_moving_bed() ? window(frame)[0] - first_rear_ : 0; }
 
 void FramesFile::put_in_window(std::size_t frame, std::vector<float>& places) const {

@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "libdem/geometry/bounds.hpp"
 #include "libsim/io/hdf5.hpp"
 
 namespace subsoil::sim {
@@ -65,6 +67,8 @@ class FramesFile final : public SurfaceSamples {
   const std::vector<FrameSurface>& surfaces() const override { return surfaces_; }
 
   FrameSpheres spheres(std::size_t frame, bool with_velocity) const;
+  /// Box around the spheres of some frames; without their radii, around their centres.
+  dem::Bounds extent(std::span<const std::size_t> frames, bool with_radii) const;
   /// Of a moving bed, of which a frame holds what lies in the window then: where its spheres lay before anything
   /// disturbed them; and the x of the window's ends, m, the one behind first.
   bool is_moving_bed() const { return !at_rest_.empty(); }

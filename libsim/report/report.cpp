@@ -279,15 +279,11 @@ class RunReader {
   };
   /// A section beside the spheres of the first frame would be an empty picture.
   void refuse_slice_outside(const FramesFile& file) const {
-    const FrameSpheres spheres = file.spheres(0, false);
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (std::size_t i = 0; i < spheres.index.size(); ++i) {
-      const double z = spheres.position[3 * i + 2], r = file.radius()[spheres.index[i]];
-      low = std::min(low, z - r), high = std::max(high, z + r);
-    }
-    if (low <= high && !(request_.slice >= low && request_.slice <= high))
+    const std::size_t first[] = {0};
+    const dem::Bounds box = file.extent(first, true);
+    if (!box.empty() && !(request_.slice >= box.low.z && request_.slice <= box.high.z))
       throw SliceFault(fmt::format("--slice {:.6g} m: is outside the bed of {}, which goes from z = {:.4g} to {:.4g} m",
-                                   request_.slice, part_.folder.path.string(), low, high));
+                                   request_.slice, part_.folder.path.string(), box.low.z, box.high.z));
   }
 
   /// z of the section along x through the tool, m; null: through the middle of the bed.

@@ -160,13 +160,19 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
 
 namespace {
 
-Json carried_json(const dem::CarriedSoil& c) {
+/// Of spheres without contacts.
+Json free_json(const dem::CarriedSoil& c) {
   return {{"spheres", c.spheres},
           {"mass [kg]", c.mass},
           {"momentum [N s]", {c.momentum.x, c.momentum.y, c.momentum.z}},
           {"kinetic [J]", c.kinetic},
-          {"gravity [J]", c.gravity},
-          {"stored in contacts [J]", c.stored}};
+          {"gravity [J]", c.gravity}};
+}
+
+Json carried_json(const dem::CarriedSoil& c) {
+  Json json = free_json(c);
+  json["stored in contacts [J]"] = c.stored;
+  return json;
 }
 
 }  // namespace
@@ -174,8 +180,7 @@ Json carried_json(const dem::CarriedSoil& c) {
 void write_inlets(Summary& summary, const World& world) {
   for (const PouredSoil& one : world.inlets) {
     const dem::Inlet& inlet = one.inlet;
-    Json json = carried_json(inlet.poured());
-    json.erase("stored in contacts [J]");
+    Json json = free_json(inlet.poured());
     json[inlet.plan().counts ? "spheres asked for" : "mass asked for [kg]"] = inlet.asked(world.bed->time());
     json["intervals without room"] = inlet.waited();
     summary.section("inlets")[one.name] = std::move(json);

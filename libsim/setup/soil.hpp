@@ -27,8 +27,6 @@ class SoilBuilder {
   void settle(double step);
   /// Report, shift to the datum, saved bed, opened walls.
   void finish();
-  /// Spheres inside the machine or given boundaries: refused or removed.
-  void clear_machine();
   /// A bed whose surface lies more than a radius from the datum of a wheel's law is refused.
   void check_wheel_datum() const;
   /// How many spheres a random bed will have, about: what fills its depth at a solid fraction of 0.61, less a sixth of
@@ -71,8 +69,6 @@ class SoilBuilder {
   void place_made();
   void refuse_too_deep() const;
   void refuse_too_many() const;
-  void clear_given();
-  void remove_in_the_way();
   dem::RandomFill random_fill() const;
   dem::LatticePlan lattice_plan(double pitch, bool around = true) const;
   double rest_overlap(int a, int b) const;
@@ -81,7 +77,6 @@ class SoilBuilder {
   int material_of(const BedTable& table, std::size_t row) const;
   void save() const;
   std::optional<double> datum() const;
-  [[noreturn]] void refuse_empty(const dem::Bounds& soil) const;
   void refuse_save_folder() const;
   void fix_rough_floor();
 

@@ -10,6 +10,7 @@
 
 #include "libdem/particles/particles.hpp"
 #include "libsim/setup/approach_speed.hpp"
+#include "libsim/setup/clearing.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/machine.hpp"
 #include "libsim/setup/moving_soil.hpp"
@@ -414,7 +415,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
         if (r.owner != SurfaceRecord::Owner::container) world.bed->boundary(r.boundary).active = false;
     } else {
       if (moving) find_followed(world, loaded);
-      if (options.place_soil) soil.clear_machine();
+      if (options.place_soil) clear_machine(world, loaded, soil.is_loose());
       if (moving && world.soil.carved > 0) count_window(world);
       soil.check_wheel_datum();
       if (s.soil && s.soil->active)
