@@ -121,8 +121,40 @@ Circle meeting(const Ball& a, const Ball& b) {
   return {a.centre + (along / d) * apart, (1 / d) * apart, square > 0 ? std::sqrt(square) : -1};
 }
 
-/// Heights of the two points at which the circle meets a third ball's surface.
-void add_triple_points(const Circle& c, const Ball& b, std::vector<double>& heights) {
+/// Places where the integral over z may be broken.
+class BreakHeights {
+ public:
+  /// @param length of the union, m
+  BreakHeights(std::span<const Ball> balls, double length) : balls_(balls), close_(1e-12 * length) {}
+
+  /// A point within a ball is no point of the union's surface, and its height breaks nothing. Within `close_` of the
+  /// surface it may be one: a break that is missing or off by so much costs close_^(3/2), the kinks being that smooth.
+  void add(const Vec3& x) {
+    for (const Ball& b : balls_)
+      if (norm(x - b.centre) < b.radius - close_) return;
+    heights_.push_back(x.z);
+  }
+
+  /// Of a circle that is level.
+  void add_level(double z) { heights_.push_back(z); }
+
+  /// Ascending. Of those that differ by rounding one is left: symmetric unions have hundreds of them.
+  std::vector<double> take() {
+    std::sort(heights_.begin(), heights_.end());
+    std::vector<double> out;
+    for (const double z : heights_)
+      if (out.empty() || z > out.back() + close_) out.push_back(z);
+    return out;
+  }
+
+ private:
+  std::span<const Ball> balls_;
+  double close_;
+  std::vector<double> heights_;
+};
+
+/// The two points at which the circle meets a third ball's surface.
+void add_triple_points(const Circle& c, const Ball& b, BreakHeights& heights) {
   Vec3 u = cross(c.normal, std::abs(c.normal.x) < 0.8 ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
   u = normalized(u);
   const Vec3 v = cross(c.normal, u), to = b.centre - c.centre;
@@ -132,24 +164,28 @@ void add_triple_points(const Circle& c, const Ball& b, std::vector<double>& heig
   if (!(reach > std::abs(needed))) return;
   const double middle = std::atan2(q, p), half = std::acos(needed / reach);
   for (const double angle : {middle - half, middle + half})
-    heights.push_back((c.centre + c.radius * (std::cos(angle) * u + std::sin(angle) * v)).z);
+    heights.add(c.centre + c.radius * (std::cos(angle) * u + std::sin(angle) * v));
 }
 
 /// Where the integral over z is broken, ascending.
-std::vector<double> break_heights(std::span<const Ball> balls) {
-  std::vector<double> z;
-  for (const Ball& b : balls) z.push_back(b.centre.z - b.radius), z.push_back(b.centre.z + b.radius);
+std::vector<double> break_heights(std::span<const Ball> balls, double length) {
+  BreakHeights z(balls, length);
+  for (const Ball& b : balls)
+    for (const double sign : {-1.0, 1.0}) z.add(b.centre + Vec3{0, 0, sign * b.radius});
   for (std::size_t i = 0; i < balls.size(); ++i)
     for (std::size_t j = i + 1; j < balls.size(); ++j) {
       const Circle c = meeting(balls[i], balls[j]);
       if (c.radius < 0) continue;
-      const double reach = c.radius * std::sqrt(std::max(0.0, 1 - c.normal.z * c.normal.z));
-      z.push_back(c.centre.z - reach), z.push_back(c.centre.z + reach);
+      const Vec3 up = Vec3{0, 0, 1} - c.normal.z * c.normal;  // in the plane of the circle
+      const double slope = norm(up);
+      if (slope < 1e-12) {
+        z.add_level(c.centre.z);
+      } else {
+        z.add(c.centre - (c.radius / slope) * up), z.add(c.centre + (c.radius / slope) * up);
+      }
       for (std::size_t k = j + 1; k < balls.size(); ++k) add_triple_points(c, balls[k], z);
     }
-  std::sort(z.begin(), z.end());
-  z.erase(std::unique(z.begin(), z.end()), z.end());
-  return z;
+  return z.take();
 }
 
 /// Adaptive integral over the slices.
@@ -226,7 +262,7 @@ SolidMoments moments_of_union(std::span<const Ball> balls) {
   double length = 0;
   for (Ball& b : near) b.centre -= apart.centre, length = std::max(length, norm(b.centre) + b.radius);
   SliceIntegral integral(near, length);
-  const std::vector<double> z = break_heights(near);
+  const std::vector<double> z = break_heights(near, length);
   for (std::size_t k = 0; k + 1 < z.size(); ++k) integral.add(z[k], z[k + 1], 0);
   const Moments& m = integral.sum;
   SolidMoments out;

@@ -68,7 +68,13 @@ ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members
   out.inertia = {principal.values[0], principal.values[1], principal.values[2]};
   require_body(out.inertia);
   out.axes = quaternion_of_axes(principal.vectors);
-  for (const ClumpMember& m : members) {
+  // One that stands twice would make contacts twice as stiff.
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const ClumpMember& m = members[k];
+    const auto end = members.begin() + static_cast<std::ptrdiff_t>(k);
+    if (std::find_if(members.begin(), end,
+                     [&](const ClumpMember& b) { return b.at == m.at && b.radius == m.radius; }) != end)
+      continue;
     out.members.push_back({out.axes.conjugate().rotate(m.at - out.centre), m.radius});
     out.reach = std::max(out.reach, norm(m.at - out.centre) + m.radius);
   }

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "libsim/document/refusal.hpp"
+#include "libsim/keys/clump_file.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/scenario.hpp"
 
@@ -14,20 +17,44 @@ void describe(Fields& v, ClumpSphere& s) {
   v.quantity("radius", s.radius, "m", "(0, inf)", "its radius");
 }
 
+namespace {
+
+/// Read with the scenario, whose explicit copy then lists the spheres.
+struct ClumpImport {
+  std::string file;
+  double unit = required;
+};
+
+void describe_import(Fields& v, ClumpImport& from, std::vector<ClumpSphere>& spheres) {
+  v.file("file", from.file,
+         "text file beside the scenario, x y z radius of a sphere in every line: of LIGGGHTS, YADE, CLUMP, MercuryDPM "
+         "or DEME; `#` begins a comment, `#format x_y_z_r_matId` names columns");
+  v.unit("unit", from.unit, "m", "unit of the file's numbers");
+  if (from.file.empty() || std::isnan(from.unit)) return;
+  if (!spheres.empty()) throw Refusal("stands beside `spheres`", "keep one of them");
+  for (const dem::ClumpMember& m : load_clump(from.file, from.unit)) spheres.push_back({m.at, m.radius});
+}
+
+}  // namespace
+
 void describe(Fields& v, ClumpSection& c) {
   v.list("spheres", c.spheres, "the spheres that it is made of; they may overlap, matter that they share counts once");
-  v.quantity("scale", c.scale, "1", "(0, inf)", "factor on all lengths of its spheres");
-  v.quantity("density", c.density, "kg/m^3", "(0, inf)", "left out: of the bed's material");
-  v.quantity("mass", c.mass, "kg", "(0, inf)", "as measured, in place of the density");
-  v.vector("centre", c.centre, "m",
-           "centre of mass, as measured, of the scaled clump; left out: of the spheres' union");
-  v.vector(
-      "inertia", c.inertia, "kg m^2",
-      "as measured, beside `mass`: moments xx yy zz about the centre of mass, of the scaled clump; left out: of the "
-      "union");
-  v.vector("products", c.products, "kg m^2",
-           "beside `inertia`: elements xy yz zx of its matrix, minus the integral of x y dm; left out: 0");
-}
+  ClumpImport from;
+  SectionMember import;
+  import.when = SectionMember::When::given, import.there = false;
+  import.declare = import.prototype = [&](Fields & fields) { describe_import(fields, from, c.spheres);
+};
+v.visit_section({"import", "in place of `spheres`: they come from a file"}, import);
+v.quantity("scale", c.scale, "1", "(0, inf)", "factor on all lengths of its spheres");
+v.quantity("density", c.density, "kg/m^3", "(0, inf)", "left out: of the bed's material");
+v.quantity("mass", c.mass, "kg", "(0, inf)", "as measured, in place of the density");
+v.vector("centre", c.centre, "m", "centre of mass, as measured, of the scaled clump; left out: of the spheres' union");
+v.vector("inertia", c.inertia, "kg m^2",
+         "as measured, beside `mass`: moments xx yy zz about the centre of mass, of the scaled clump; left out: of the "
+         "union");
+v.vector("products", c.products, "kg m^2",
+         "beside `inertia`: elements xy yz zx of its matrix, minus the integral of x y dm; left out: 0");
+}  // namespace subsoil::sim
 
 void describe(Fields& v, ClumpShare& c) {
   v.text("shape", c.shape, "name of one of `soil.clumps`");
@@ -76,7 +103,8 @@ struct ClumpChecks : Checks {
 
   void shape(const ClumpSection& c) {
     const std::string path = "soil.clumps." + c.name;
-    if (c.spheres.empty()) refuse(path + ".spheres", "is empty: a clump needs one sphere at least");
+    if (c.spheres.empty())
+      refuse(path + ".spheres", "is empty: a clump needs one sphere at least, here or by `import`");
     if (c.mass && c.density) refuse(path + ".density", "stands beside `mass`; keep one of them");
     if (!c.mass && (c.centre || c.inertia))
       refuse(path + (c.centre ? ".centre" : ".inertia"), "needs `mass`, as measured; leave it out for the union's");

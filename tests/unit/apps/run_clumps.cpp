@@ -4,6 +4,8 @@
 
 #include "libdem/particles/particles.hpp"
 #include "libsim/document/document.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
@@ -137,6 +139,82 @@ TEST(RunClumps, RefusalsNamePlaceRuleAndCure) {
          "soil.clumps: are used nowhere; name them in `soil.bed.clumps`");
   expect(refusal(skittle, "fill: particles", "fill: lattice\n    radius: 10 mm\n    pitch: 20 mm"),
          "soil.bed.placed: needs `fill: particles`; shares of a filled bed are `clumps`");
+}
+
+/// A bean of two balls of 3 mm, 4 mm apart, whose spheres come from a file.
+const std::string imported =
+    with(mixture, "{spheres: [{at: 0 0 0 mm, radius: 3 mm}, {at: 4 0 0 mm, radius: 3 mm}], density: 1300 kg/m^3}",
+         "{import: {file: bean.txt, unit: mm}, density: 1300 kg/m^3}");
+
+std::string in_metres() { return with(imported, "unit: mm", "unit: m"); }
+
+dem::ClumpShape bean_of(const Loaded& loaded) {
+  return build_world(loaded, {.threads = 1, .settle = false}).bed->clump_shapes().at(0);
+}
+
+/// Mass and axial moment of two balls that share a lens, in closed form.
+void expect_bean(const dem::ClumpShape& bean) {
+  ASSERT_EQ(bean.members.size(), 2U);
+  const double r = 3, half = 2;  // mm; of slices at z the integral of pi (r^2 - z^2) and pi/2 (r^2 - z^2)^2
+  const auto volume = [&](double z) { return M_PI * (r * r * z - z * z * z / 3); };
+  const auto axial = [&](double z) {
+    return 0.5 * M_PI * (r * r * r * r * z - 2 * r * r * z * z * z / 3 + std::pow(z, 5) / 5);
+  };
+  const double mass = 2 * 1300e-9 * (volume(half) - volume(-r)), moment = 2 * 1300e-15 * (axial(half) - axial(-r));
+  EXPECT_NEAR(bean.mass, mass, 1e-9 * mass);
+  EXPECT_NEAR(std::min({bean.inertia.x, bean.inertia.y, bean.inertia.z}), moment, 1e-9 * moment);
+  EXPECT_NEAR(dem::norm(bean.members[1].at - bean.members[0].at), 4e-3, 1e-15);
+}
+
+TEST(RunClumps, FilesOfOtherProgramsAreRead) {
+  const struct {
+    const char *program, *content;
+    bool metres;
+  } files[] = {
+      {"LIGGGHTS", "# bean\n0 0 0 3\n\n 4.0 0 0\t3.0 # second\n", false},
+      {"LIGGGHTS, a sphere that stands twice", "0 0 0 3\n4 0 0 3\n-0 0 0 3\n", false},
+      {"YADE text", "#format x_y_z_r\n0\t0\t0\t0.003\n0.004\t0\t0\t0.003\n", true},
+      {"YADE textExt", "#format id_x_y_z_r_matId\n5 0 0 0 3e-3 0\n6 4e-3 0 0 3e-3 0\n", true},
+      {"YADE textClumps", "#format x_y_z_r_clumpId\n0 0 0 0.003 17\n0.004 0 0 0.003 17\n", true},
+      {"CLUMP, Matlab", "  0.000000,  0.000000, -0.000000,  3.000000\n  4.000000,  0.000000,  0.000000,  3.000000\n",
+       false},
+      {"CLUMP, numpy", "0.000e+00,0.000e+00,0.000e+00,3.000e+00\n4.000e+00,0.000e+00,0.000e+00,3.000e+00\n", false},
+      {"DEME", "x,y,z,r\r\n0,0,0,3\r\n4,0,0,3\r\n", false}};
+  for (const auto& f : files) {
+    SCOPED_TRACE(f.program);
+    const RunDirectory dir;
+    write_file(dir / "bean.txt", f.content);
+    const Loaded loaded = load_scenario(dir.scenario(f.metres ? in_metres() : imported));
+    expect_bean(bean_of(loaded));
+    // The explicit copy needs no file.
+    std::filesystem::remove(dir / "bean.txt");
+    expect_bean(bean_of(load_scenario_text(write_scenario(loaded.scenario), "copy.yaml")));
+  }
+}
+
+TEST(RunClumps, FaultsOfAFileNameItsLine) {
+  const auto refused = [](const std::string& content, const std::string& text = imported) {
+    const RunDirectory dir;
+    write_file(dir / "bean.txt", content);
+    const std::string file = dir.scenario(text);
+    const std::string message = subsoil::test::message_of<ScenarioError>([&] { load_scenario(file); });
+    EXPECT_NE(message.find("soil.clumps.bean.import"), std::string::npos) << message;
+    return message;
+  };
+  const auto expect = [](const std::string& message, const char* part) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
+  expect(refused("0 0 0 3\n\n4 0 zero 3\n"), "bean.txt:3: z = 'zero': must be a finite number below 1e30");
+  expect(refused("0 0 0 3\n4 0 0 -3\n"), "bean.txt:2: r = -3: must be in (0, inf)");
+  expect(refused("0 0 0 3\n4 0 3\n"), "bean.txt:2: has 3 columns: must be x y z r");
+  expect(refused("0 0 0 3 1\n"), "has 5 columns: must be x y z r; name them in a first line, such as `#format");
+  expect(refused("0;0;0;3\n"), "bean.txt:1: has its fields separated by `;`");
+  expect(refused("#format x_y_z_r_clumpId\n0 0 0 3 1\n4 0 0 3 2\n"),
+         "bean.txt:3: is of clump 2, and the lines before of clump 1");
+  expect(refused("x,y,z,radius\n0,0,0,3\n"), "bean.txt:1: names the columns x, y, z, radius, of which `r` is missing");
+  expect(refused("# nothing\n"), "bean.txt: holds no sphere");
+  expect(refused("0 0 0 3\n", with(imported, "{import:", "{spheres: [{at: 0 0 0 mm, radius: 3 mm}], import:")),
+         "stands beside `spheres`; keep one of them");
 }
 
 }  // namespace

@@ -124,6 +124,20 @@ TEST(UnionOfSpheres, ThreeInOneAnotherDoNotDependOnTheSlices) {
   EXPECT_NEAR(64 * distance2 / draws, trace, 3 * trace * off / share);
 }
 
+/// 27 balls on a lattice along the axes: hundreds of points in which three meet lie at one height, circles are level.
+/// Turned, no two heights are alike.
+TEST(UnionOfSpheres, ALatticeOfBallsDoesNotDependOnTheSlices) {
+  std::vector<Ball> balls, turned;
+  for (int i = 0; i < 27; ++i)
+    balls.push_back(
+        {{static_cast<double>(i % 3) - 1, static_cast<double>(i / 3 % 3) - 1, static_cast<double>(i / 9) - 1}, 0.8});
+  for (const Ball& b : balls)
+    turned.push_back({Quaternion::from_rotation_vector({0.3, 0.4, -0.2}).rotate(b.centre), b.radius});
+  const SolidMoments m = moments_of_union(balls), n = moments_of_union(turned);
+  EXPECT_NEAR(n.volume, m.volume, 1e-9 * m.volume);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(principal(n)[k], principal(m)[k], 1e-9 * principal(m)[k]);
+}
+
 TEST(UnionOfSpheres, NoBodyIsRefused) {
   EXPECT_THROW(moments_of_union({}), std::invalid_argument);
   const Ball balls[] = {{{}, 1}, {{}, 0}};
@@ -144,6 +158,15 @@ TEST(ClumpShape, PrincipalAxesGiveTheSpheresBack) {
       EXPECT_NEAR(1200 * m.inertia[static_cast<std::size_t>(k)][static_cast<std::size_t>(l)],
                   k == l ? shape.inertia[k] : 0, 1e-9 * shape.inertia.x);
   EXPECT_NEAR(shape.mass, 1200 * m.volume, 1e-12 * shape.mass);
+}
+
+/// As its matter does: contacts of the same sphere twice would be twice as stiff.
+TEST(ClumpShape, ASphereThatStandsTwiceCountsOnce) {
+  const ClumpMember a{{-1e-3, 0, 0}, 2e-3}, b{{1e-3, 0, 0}, 2e-3};
+  const ClumpShape once = clump_shape("egg", {a, b}, 1200), twice = clump_shape("egg", {a, b, a, b, b}, 1200);
+  ASSERT_EQ(twice.members.size(), 2U);
+  EXPECT_EQ(twice.members[1].radius, b.radius);
+  EXPECT_NEAR(twice.mass, once.mass, 1e-10 * once.mass);
 }
 
 TEST(ClumpShape, GivenMassPropertiesAreTaken) {
