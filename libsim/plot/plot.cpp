@@ -26,7 +26,7 @@ struct Shown {
   std::string unit;
 };
 
-struct Line {
+struct PlottedLine {
   std::vector<double> x, y;
 };
 
@@ -129,8 +129,8 @@ Shown shown_unit(const std::string& unit, double size) {
   return {1, unit};
 }
 
-Line smoothed(const Line& line) {
-  Line means;
+PlottedLine smoothed(const PlottedLine& line) {
+  PlottedLine means;
   MovingMean mean(kSmoothing);
   for (std::size_t i = 1; i < line.x.size(); ++i) {
     mean.add(line.x[i], line.x[i] - line.x[i - 1], line.y[i]);
@@ -144,7 +144,7 @@ Line smoothed(const Line& line) {
 /// Forces of the soil are rough: the mean tells more than the samples. A spring's or a pose's curve would only lose its
 /// peaks. Rough is a curve from which the mean takes something visible (1 % of its range), of which at least half jumps
 /// from one sample to the next.
-bool is_rough(const Line& line, const Line& means) {
+bool is_rough(const PlottedLine& line, const PlottedLine& means) {
   if (means.x.size() < line.x.size() / 2 || means.x.size() < 200) return false;
   const std::size_t skipped = (line.x.size() - means.x.size()) / 2;
   double jumps = 0, taken = 0;
@@ -158,9 +158,9 @@ bool is_rough(const Line& line, const Line& means) {
 }
 
 /// At most about `bins` pairs of lowest and highest value: a peak is never thinned away.
-Line thinned(const Line& line, std::size_t bins) {
+PlottedLine thinned(const PlottedLine& line, std::size_t bins) {
   if (line.x.size() <= 2 * bins) return line;
-  Line thin;
+  PlottedLine thin;
   for (std::size_t k = 0; k < bins; ++k) {
     const std::size_t begin = k * line.x.size() / bins, end = (k + 1) * line.x.size() / bins;
     const auto at = [&](std::size_t i) { return line.y.begin() + static_cast<std::ptrdiff_t>(i); };
@@ -197,7 +197,7 @@ class Sheet {
   const std::string& script() const { return script_; }
 
  private:
-  void add_block(const std::string& name, const Line& line, double factor) {
+  void add_block(const std::string& name, const PlottedLine& line, double factor) {
     script_ += '$' + name + " << EOD\n";
     for (std::size_t i = 0; i < line.x.size(); ++i) {
       csv::append_number(script_, line.x[i] * x_shown_.factor);
@@ -242,12 +242,12 @@ class Sheet {
       const auto& series = runs_[r].series;
       const int column = series.find(name);
       if (column < 0) continue;
-      const Line line{series.at(x_name_), series.values[static_cast<std::size_t>(column)]};
+      const PlottedLine line{series.at(x_name_), series.values[static_cast<std::size_t>(column)]};
       const char* colour = plot_colours[r % plot_colours.size()];
       const auto block = fmt::format("p{}r{}", panel, r);
       std::string drawn = block;
       add_block(block, thinned(line, bins), shown.factor);
-      if (const Line means = smoothed(line); x_name_ == "time" && is_rough(line, means)) {
+      if (const PlottedLine means = smoothed(line); x_name_ == "time" && is_rough(line, means)) {
         any_rough_ = true;
         faint += fmt::format("${} with lines linewidth 0.7 linecolor rgb '#60{}' notitle, ", block, colour + 1);
         drawn += "mean";
