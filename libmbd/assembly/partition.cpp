@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
@@ -39,9 +40,9 @@ constexpr double rounding = 2e-16;
 // A predictor errs by a small share of the velocities; another branch turns or stops some of them.
 constexpr double most_turn = 0.3;
 constexpr double rest_speed = 1e-8;  // lengths of the machine in a second
-// Friction returns about mu times a ratio of moment arms of a change of the reaction. At a half, a few passes settle;
-// Newton's method needs two more per equation and finds the share itself.
-constexpr int most_friction_passes = 6, most_friction_steps = 20, most_patient_passes = 600;
+// Friction returns about mu times a ratio of moment arms of a change of the reaction: passes settle by that share each.
+// Newton's method needs a pass per equation and step, two steps as a rule, and finds the share itself.
+constexpr int most_friction_steps = 20, most_patient_passes = 600;
 // Of the largest multiplier, for slopes by differences: T is piecewise linear in slides and smooth in pins.
 constexpr double friction_difference = 1e-6;
 
@@ -750,23 +751,28 @@ double Partition::friction_pass(MotionState& m) {
   return (m.lambda - lambda_before_).cwiseAbs().maxCoeff();
 }
 
-bool Partition::iterate_friction(MotionState& m, int most) {
+// Gives up once more than `affordable` passes are ahead at the share that the last two show.
+bool Partition::iterate_friction(MotionState& m, double affordable) {
+  constexpr double settled = 1e-13;
   double before = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < most; ++pass) {
+  for (int pass = 0; pass < most_patient_passes; ++pass) {
     const double change = friction_pass(m), size = m.lambda.cwiseAbs().maxCoeff();
-    if (change <= 1e-13 * size || (change <= 1e-11 * size && change > 0.5 * before)) return true;
+    if (change <= settled * size || (change <= 1e-11 * size && change > 0.5 * before)) return true;
     if (!(size < 1e100)) return false;
+    if (pass >= 3 && std::isfinite(affordable) &&
+        !(std::log(settled * size / change) > affordable * std::log(change / before)))
+      return false;
     before = change;
   }
   return false;
 }
 
 void Partition::solve_with_friction(MotionState& m) {
-  if (iterate_friction(m, most_friction_passes)) return;
+  if (iterate_friction(m, 4 + 4.0 * static_cast<double>(system_.friction_rows().size()))) return;
   const LockedFriction found = solve_strong_friction(m);
   if (found.settled) return;
   // Between the branches of |N| and of the two ends of a guide Newton's method may turn in a circle.
-  if (found.returned < 1 && iterate_friction(m, most_patient_passes)) return;
+  if (found.returned < 1 && iterate_friction(m, std::numeric_limits<double>::infinity())) return;
   char share[32];
   std::snprintf(share, sizeof share, "%.3g", found.returned);
   throw std::runtime_error("no unique acceleration at t = " + std::to_string(m.t) + " s: " + system_.owner(found.row) +

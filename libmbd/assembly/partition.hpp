@@ -167,13 +167,13 @@ class Partition {
   double friction_pass(MotionState& m);
   void solve_with_friction(MotionState& m);
   /// What Newton's method finds: whether it has settled, the share of a change of the reactions that friction returns,
-  /// and the equation in which that is the largest.
+  /// and the equation in which that is the maximum.
   struct LockedFriction {
     bool settled = false;
     double returned = 0;
     int row = 0;
   };
-  bool iterate_friction(MotionState& m, int most);
+  bool iterate_friction(MotionState& m, double affordable);
   LockedFriction solve_strong_friction(MotionState& m);
   template <int sign>
   double apply_jacobian(const Eigen::VectorXd& x, const std::vector<double>& other);
