@@ -18,7 +18,7 @@ A comment before a block says otherwise:
     <!-- test: compiled -->              python that needs the compiled part of the module: skipped where it is not built
     <!-- test: skip, REASON -->          not run; only for what needs another machine, a screen or a package that is optional
 
-A block of another language (`text`, `json`, ...) shows output and is not run. An indented code block is an error: it has
+A block of another language (`text`, `json`, ...) shows output and is not run; with `<!-- file: NAME -->` it is saved. An indented code block is an error: it has
 no language. The last line of the output counts what ran, what waits for --all and what is skipped."""
 import argparse
 import os
@@ -117,6 +117,8 @@ class Page:
             elif block.language in ("yaml", "sh", "python", "cpp"):
                 getattr(self, block.language)(block)
                 self.ran += 1
+            elif block.language in SHOWN and "file" in block.marks:
+                (self.folder / block.marks["file"]).write_text(block.text)
             elif block.language not in SHOWN:
                 self.fail(block, f"language `{block.language}` is not known here")
 
