@@ -171,18 +171,23 @@ def observation(case):
     return [f"{name} differs by {share:.3g} of its size with other rows" for name, share in apart.items() if share > 1e-9][:3]
 
 
+def with_states(case, output=None):
+    """The scenario with states at a random interval, its run and the run's states; none where the run ends early or nothing moves in it."""
+    if not case.base.ended or case.scenario.analysis != "dynamics":
+        return case.tree, None, []
+    interval = case.tree["time"]["end"].values[0] * case.rng.uniform(0.2, 0.8)
+    tree = {**case.tree, "output": {**case.tree["output"], "state every": Quantity((interval,), "s"), **(output or {})}}
+    run = case.program.run(tree)
+    return tree, run, run.states() if run.ended else []
+
+
 @relation("soil", "coupled", "machine")
 def continuation(case):
     """A run from a state continues with the same bits as the run that wrote it."""
-    if not case.base.ended or case.scenario.analysis != "dynamics":
-        return []
-    end = case.tree["time"]["end"].values[0]
-    output = {**case.tree["output"], "state every": Quantity((end * case.rng.uniform(0.2, 0.8),), "s")}
-    first = case.program.run({**case.tree, "output": output})
-    states = first.states() if first.ended else []
+    tree, first, states = with_states(case)
     if len(states) < 2:
         return []
-    other = case.program.run({**case.tree, "output": output}, options=["--from", str(states[0][1])])
+    other = case.program.run(tree, options=["--from", str(states[0][1])])
     if not other.ended:
         return [f"from a state: exit code {other.code}: {last_line(other.text)}"]
     a, b = compare.common_rows(first.table(), other.table())
@@ -203,15 +208,11 @@ OF_THE_MACHINE = ("wall time [s]", "peak memory [bytes]", "particle-steps per se
 @relation("soil", "coupled", "machine")
 def resume(case):
     """A run cut after its first state and resumed leaves the same rows and the same summary."""
-    if not case.base.ended or case.scenario.analysis != "dynamics":
-        return []
-    end = case.tree["time"]["end"].values[0]
-    output = {**case.tree["output"], "state every": Quantity((end * case.rng.uniform(0.2, 0.8),), "s")}
+    monitors = {}
     if "machine" in case.tree:
         v = f"{next(iter(case.tree['machine']['bodies'])).text}.vx"
-        output["monitor"] = {"way": {"integral": v}, "top": {"maximum": v}, "average": {"mean": v}}
-    first = case.program.run({**case.tree, "output": output})
-    states = first.states() if first.ended else []
+        monitors = {"monitor": {"way": {"integral": v}, "top": {"maximum": v}, "average": {"mean": v}}}
+    _, first, states = with_states(case, monitors)
     if len(states) < 2:
         return []
     cut = Result(first.folder.with_name("cut"), 0, "", "", first.scenario)
