@@ -1,16 +1,9 @@
 #include "coupling/exchange_stability.hpp"
 
-#include <Eigen/Eigenvalues>
+
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::coupling {
-namespace {
-
-template <int N>
-double largest(const Eigen::Matrix<double, N, N>& of) {
-  return of.eigenvalues().cwiseAbs().maxCoeff();
-}
-
-}  // namespace
 
 double explicit_growth(const ContactMode& mode, double soil_step, int soil_steps, Method method) {
   using Row = Eigen::Matrix<double, 1, 6>;
@@ -25,7 +18,7 @@ double explicit_growth(const ContactMode& mode, double soil_step, int soil_steps
   const Row moved = method == Method::exact ? Row(u + 0.5 * f) : Row((9 * v + 19 * u - 5 * u_1 + u_2) / 24);
   Eigen::Matrix<double, 6, 6> window_of;
   window_of << x + moved, v, f, end, u, u_1;
-  return largest<6>(window_of);
+  return mbd::spectral_radius(window_of);
 }
 
 double iterated_growth(const ContactMode& mode, double soil_step, int soil_steps) {
@@ -37,7 +30,7 @@ double iterated_growth(const ContactMode& mode, double soil_step, int soil_steps
   const Eigen::RowVector3d z = Eigen::RowVector3d{1, 1, 0} + 0.5 * f;
   Eigen::Matrix3d window_of;
   window_of << z, Eigen::RowVector3d{0, 1, 0} + f, z - Eigen::RowVector3d{1, 0, 0};
-  return largest<3>(window_of);
+  return mbd::spectral_radius(window_of);
 }
 
 }  // namespace subsoil::coupling

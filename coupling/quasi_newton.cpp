@@ -1,7 +1,8 @@
 #include "coupling/quasi_newton.hpp"
 
-#include <Eigen/QR>
 #include <utility>
+
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::coupling {
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/least_norm.hpp"
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::mbd {
 

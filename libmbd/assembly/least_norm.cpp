@@ -1,6 +1,6 @@
 #include "libmbd/assembly/least_norm.hpp"
 
-#include <Eigen/QR>
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::mbd {
 

@@ -1,6 +1,5 @@
 #include "libmbd/assembly/partition.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::mbd {
 

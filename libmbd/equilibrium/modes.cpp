@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <complex>
 #include <cstdint>
@@ -7,6 +6,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/partition.hpp"
+#include "libmbd/base/dense.hpp"
 #include "libmbd/base/slope.hpp"
 #include "libmbd/equilibrium/equilibrium.hpp"
 

@@ -5,13 +5,13 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "libmbd/assembly/shared_reactions.hpp"
+#include "libmbd/base/dense.hpp"
 #include "libmbd/integrators/kinematic.hpp"
 #include "libmbd/integrators/sundials.hpp"
 
