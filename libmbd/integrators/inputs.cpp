@@ -90,6 +90,7 @@ void Inputs::add(const Function& f) {
 
 double Inputs::stop(double t, double planned) {
   sample_around(t);
+  sample_changed(t);
   const double least = least_step(t);
   double end = t + std::min(planned, window);
   bool shortened = planned > window;
@@ -115,10 +116,28 @@ void Inputs::sample_around(double t) {
   if (!next) append_window(index);
   append_window(index + 1);
   index_ = index, sampled_ = true;
+  for (std::size_t i = 0; i < functions_.size(); ++i) find_largest(i);
+}
+
+// A function whose values come from outside was sampled as it was then. What a step ends by is a matter of the
+// functions as they are: of two samples ahead, the next and the last, each is compared.
+void Inputs::sample_changed(double t) {
+  const auto next = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), t) - times_.begin());
+  if (next == times_.size()) return;
   for (std::size_t i = 0; i < functions_.size(); ++i) {
-    largest_[i] = 0;
-    for (const double value : values_[i]) largest_[i] = std::max(largest_[i], std::isnan(value) ? 0 : std::abs(value));
+    const auto holds = [&](std::size_t k) {
+      const double is = value_or_nan(*functions_[i], times_[k]), was = values_[i][k];
+      return is == was || (std::isnan(is) && std::isnan(was));
+    };
+    if (holds(next) && holds(times_.size() - 1)) continue;
+    for (std::size_t k = next; k < times_.size(); ++k) values_[i][k] = value_or_nan(*functions_[i], times_[k]);
+    find_largest(i);
   }
+}
+
+void Inputs::find_largest(std::size_t i) {
+  largest_[i] = 0;
+  for (const double value : values_[i]) largest_[i] = std::max(largest_[i], std::isnan(value) ? 0 : std::abs(value));
 }
 
 void Inputs::append_window(double index) {

@@ -29,6 +29,8 @@ class Inputs {
   void add(const Function& f);
   void sample_around(double t);
   void append_window(double index);
+  void sample_changed(double t);
+  void find_largest(std::size_t i);
   bool resolves(double t, double end) const;
 
   std::vector<const Function*> functions_;
