@@ -257,7 +257,11 @@ struct Simulation::Impl : StepObserver {
     std::vector<std::pair<int, GivenCourse>> list(courses.begin(), courses.end());
     a("courses", list);
     if (!a.reads()) return;
-    for (const auto& [boundary, course] : courses) stepper.set_motion(boundary, {});
+    const auto kept = [&](int boundary) {
+      return std::any_of(list.begin(), list.end(), [&](const auto& one) { return one.first == boundary; });
+    };
+    for (const auto& [boundary, course] : courses)
+      if (!kept(boundary)) stepper.set_motion(boundary, {});
     courses.clear();
     for (const auto& [boundary, course] : list) drive(boundary, course);
   }

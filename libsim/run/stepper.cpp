@@ -124,7 +124,18 @@ void Stepper::restore(const SavedRun& saved, const dem::Bed::Checkpoint* checkpo
   if (world_.machine) world_.machine->restore(saved.machine.value());
 }
 
+// Fixed spheres meet surfaces that move.
+void Stepper::meet_fixed_spheres(int boundary, bool driven) {
+  const auto of = [&](const SurfaceRecord& s) { return s.boundary == boundary; };
+  const bool moves = std::find_if(world_.surfaces.begin(), world_.surfaces.end(), of)->moves;
+  dem::Boundary& surface = world_.bed->boundary(boundary);
+  if (surface.meets_fixed == (moves || driven)) return;
+  surface.meets_fixed = moves || driven;
+  world_.bed->surfaces_changed();
+}
+
 void Stepper::set_motion(int boundary, std::function<dem::Pose(double)> pose) {
+  meet_fixed_spheres(boundary, pose != nullptr);
   if (const auto found = driven_.find(boundary); found != driven_.end()) {
     Driven& driven = *found->second;
     driven.pose = pose ? std::move(pose) : driven.given;

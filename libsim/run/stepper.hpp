@@ -92,6 +92,7 @@ class Stepper {
   bool bring_soil();
   void take_step(const StepRequest& request);
   void refresh_machine();
+  void meet_fixed_spheres(int boundary, bool driven);
   void replace_simulation();
   bool has_stepped() const { return simulation_.has_stepped(); }
   static coupling::SimulationOptions options_of(const Loaded& loaded, const World& world);
