@@ -29,7 +29,7 @@ PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(sc
   if (!world.bed) return;
   double radius = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
-    mass_ += dem::is_fixed(s) ? 0 : s.m, radius = std::max(radius, s.r);
+    (dem::is_fixed(s) ? fixed_mass_ : mass_) += s.m, radius = std::max(radius, s.r);
     smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
   }
   weight_times_radius_ = mass_ * dem::norm(scenario.gravity) * radius;
@@ -79,7 +79,7 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, co
   // What meets spheres at rest with speed v is off by k (v dt)^2/2 in a contact's first step, when there is no more
   // energy than that; with dt = share 2 (m/k)^(1/2) that is 2 m (share v)^2, and not said.
   const double share = world.step.soil_step / world.step.limit.step, speed = share * fastest_surface(world).second;
-  const double begins = 2 * mass_ * speed * speed / closure_said;
+  const double begins = 2 * (mass_ + fixed_mass_) * speed * speed / closure_said;
   const double scale = std::max(moved, most_present_) + weight_times_radius_ + rounding_ + begins;
   if (!(std::abs(off) > closure_said * scale)) return std::nullopt;
   const bool stops = std::abs(off) > s_.limits.soil_energy * scale;

@@ -51,6 +51,7 @@ class PhysicsWatch {
 
   const Scenario& s_;
   double mass_ = 0;                                // kg, of the free spheres
+  double fixed_mass_ = 0;                          // kg; a contact with one is resolved as that of a free sphere
   double weight_times_radius_ = 0, smallest_ = 0;  // J, m
   double rounding_ = 0;                            // J
   double most_present_ = 0;                        // J in motion and contacts, at looks so far
