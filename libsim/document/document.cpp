@@ -36,13 +36,13 @@ std::vector<std::string> path_parts(const std::string& path) {
 }
 
 /// The item of a list that a path means: its number, its `name`, or its pair of materials `soil-steel`.
-Node* list_item(Node& list, const std::string& part) {
+const Node* list_item(const Node& list, const std::string& part) {
   std::size_t index = 0;
   const auto [end, code] = std::from_chars(part.data(), part.data() + part.size(), index);
   if (code == std::errc{} && end == part.data() + part.size()) {
     return index < list.items.size() ? &list.items[index] : nullptr;
   }
-  for (Node& item : list.items) {
+  for (const Node& item : list.items) {
     const Node::Entry* name = item.find("name");
     if (name != nullptr && name->value.scalar == part) return &item;
     const Node::Entry* between = item.find("between");
@@ -69,7 +69,7 @@ void apply_set(Node& root, const std::string& set, Problems& problems) {
   Node* node = &root;
   for (const std::string& part : path_parts(path)) {
     if (node->kind == Node::Kind::sequence) {
-      Node* item = list_item(*node, part);
+      Node* const item = const_cast<Node*>(list_item(*node, part));
       if (item == nullptr) {
         problems.add(place, path,
                      fmt::format("the list has no item `{}`; it has {}, counted from 0", part, node->items.size()));
@@ -130,6 +130,20 @@ Node finish(Node root, const std::string& name, const std::vector<std::string>& 
 }
 
 }  // namespace
+
+const Node* find_path(const Node& root, const std::string& path) {
+  const Node* node = &root;
+  for (const std::string& part : path_parts(path)) {
+    if (node->kind == Node::Kind::sequence) {
+      node = list_item(*node, part);
+    } else {
+      const Node::Entry* const entry = node->find(part);
+      node = entry == nullptr ? nullptr : &entry->value;
+    }
+    if (node == nullptr) return nullptr;
+  }
+  return node;
+}
 
 Node read_document(const std::string& file, const std::vector<std::string>& sets, Problems& problems) {
   return finish(read_yaml(file, problems), file, sets, problems);

@@ -15,4 +15,8 @@ Node read_document(const std::string& file, const std::vector<std::string>& sets
 Node parse_document(const std::string& text, const std::string& name, const std::vector<std::string>& sets,
                     Problems& problems);
 
+/// The value that `path` of `--set` means, such as machine.bodies.stamp.mass, contacts[0].mu or contacts.soil-steel.mu;
+/// nullptr where there is none.
+const Node* find_path(const Node& root, const std::string& path);
+
 }  // namespace subsoil::sim

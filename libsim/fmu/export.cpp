@@ -52,19 +52,10 @@ struct Bundle {
   }
 };
 
-/// The value of a key such as machine.bodies.stamp.mass; names of entries may hold dots and blanks.
-const Node* find_key(const Node& node, const std::string& key) {
-  for (const Node::Entry& entry : node.entries) {
-    if (entry.key == key) return &entry.value;
-    if (key.rfind(entry.key + ".", 0) != 0) continue;
-    if (const Node* found = find_key(entry.value, key.substr(entry.key.size() + 1))) return found;
-  }
-  return nullptr;
-}
-
 FmuVariable parameter_of(const Node& document, const std::string& key) {
-  const Node* const node = find_key(document, key);
-  const std::string cure = "; name a key with one number, such as `machine.bodies.NAME.mass`";
+  const Node* const node = find_path(document, key);
+  const std::string cure =
+      "; name a key with one number, such as `machine.bodies.NAME.mass` or `contacts.soil-steel.mu`";
   if (node == nullptr)
     throw std::invalid_argument("--parameter " + key + ": the scenario with all its defaults has no such key" + cure);
   std::size_t used = 0;
