@@ -111,7 +111,7 @@ struct FlankOutline {
 };
 
 struct FlatOutline {
-  std::array<double, 2> point{0, std::numeric_limits<double>::quiet_NaN()};
+  std::array<double, 2> point{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   double angle = 0;
 
   template <class V>
