@@ -1,6 +1,5 @@
 #include "coupling/exchange_stability.hpp"
 
-
 #include "libmbd/base/dense.hpp"
 
 namespace subsoil::coupling {
