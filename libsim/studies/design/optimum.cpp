@@ -9,6 +9,7 @@
 #include "libsim/io/csv.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/studies/design/formulas.hpp"
+#include "libsim/studies/sweep/tables.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -95,7 +96,8 @@ std::string csv_text(const OptimisePlan& plan, const Optimum& found, const Growi
   std::string text = "point,search";
   for (const DesignParameter& p : plan.parameters)
     text += "," + csv::quoted(p.name + (p.unit.empty() ? "" : " [" + p.unit + "]"));
-  for (const SweepNumber& n : plan.numbers) text += "," + csv::quoted(n.name);
+  for (std::size_t n = 0; n < plan.numbers.size(); ++n)
+    text += "," + csv::quoted(with_unit(plan.numbers[n].name, unit_of(study.results(), n)));
   text += "," + csv::quoted(objective_text(plan));
   for (const std::string& c : plan.constraints) text += "," + csv::quoted("excess of " + c);
   text += ",feasible,end,wall time [s],cause\n";
@@ -211,7 +213,8 @@ std::string optimum_text(const OptimisePlan& plan, const Optimum& found, const G
                                                  : "");
   }
   for (std::size_t k = 0; k < plan.numbers.size(); ++k)
-    text += fmt::format("  {:<20} {:.8g}\n", plan.numbers[k].name, study.results()[*found.best].value[k]);
+    text += fmt::format("  {:<20} {:.8g} {}\n", plan.numbers[k].name, study.results()[*found.best].value[k],
+                        unit_of(study.results(), k));
   for (std::size_t c = 0; c < plan.constraints.size(); ++c)
     text +=
         fmt::format("  {:<20} {}\n", plan.constraints[c],

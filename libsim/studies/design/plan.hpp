@@ -58,7 +58,7 @@ struct OptimisePlan {
     v.joined_text("set", set, "path=value for all runs, several with ; between, or a list");
     v.named("parameters", parameters,
             "what may be changed, with bounds; names are words of formulas: letters, digits, _");
-    v.named("numbers", numbers, "what is taken of every run, in SI units; names are words of formulas");
+    v.named("numbers", numbers, "what is taken of every run, in the unit of its column or summary entry; names are words of formulas");
     v.text("minimise", minimise, "formula in numbers and parameters whose least value is sought");
     v.text("maximise", maximise, "in its place: formula whose largest value is sought");
     v.joined_text("constraints", constraints_text,
@@ -114,7 +114,7 @@ struct SensitivityPlan {
     v.file("scenario", scenario, "scenario of the machine, beside the plan");
     v.joined_text("set", set, "path=value for all runs, several with ; between, or a list");
     v.named("parameters", parameters, "what the numbers are differentiated with respect to");
-    v.named("numbers", numbers, "what is differentiated, in SI units");
+    v.named("numbers", numbers, "what is differentiated, in the unit of its column or summary entry");
     v.count("threads", threads, "[1, 1024]", "cores of each run; no two runs share one");
     v.count("at once", at_once, "[1, 100000]", "runs side by side at most; left out: as many as the cores allow");
   }

@@ -10,6 +10,7 @@
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/keys/ranges.hpp"
+#include "libsim/studies/sweep/tables.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -129,6 +130,7 @@ Sensitivity find_sensitivity(const SensitivityPlan& plan, GrowingStudy& study) {
   Sensitivity out;
   out.values = study.results()[places.front()].value;
   for (std::size_t n = 0; n < plan.numbers.size(); ++n) {
+    out.units.push_back(unit_of(study.results(), n));
     out.slopes.emplace_back();
     for (std::size_t k = 0; k < plan.parameters.size(); ++k) {
       std::vector<double> differences, second;
@@ -152,7 +154,7 @@ void write_sensitivity(const SensitivityPlan& plan, const Sensitivity& found, co
   for (std::size_t n = 0; n < plan.numbers.size(); ++n)
     for (std::size_t k = 0; k < plan.parameters.size(); ++k) {
       const SensitivityParameter& p = plan.parameters[k];
-      text += csv::quoted(plan.numbers[n].name);
+      text += csv::quoted(with_unit(plan.numbers[n].name, found.units[n]));
       add(found.values[n]);
       text += "," + csv::quoted(p.name);
       add(*p.at);
@@ -167,11 +169,13 @@ void write_sensitivity(const SensitivityPlan& plan, const Sensitivity& found, co
 std::string sensitivity_text(const SensitivityPlan& plan, const Sensitivity& found) {
   std::string text;
   for (std::size_t n = 0; n < plan.numbers.size(); ++n) {
-    text += fmt::format("{} = {:.12g}\n", plan.numbers[n].name, found.values[n]);
+    const std::string unit = found.units[n] == "1" ? "" : found.units[n];
+    text += fmt::format("{} = {:.12g}{}{}\n", plan.numbers[n].name, found.values[n], unit.empty() ? "" : " ", unit);
     for (std::size_t k = 0; k < plan.parameters.size(); ++k) {
       const SensitivityParameter& p = plan.parameters[k];
       const Slope& slope = found.slopes[n][k];
-      text += fmt::format("  d/d {:<16} {:>17.9e} +- {:.1e} {:<12}", p.name, slope.value, slope.error, unit_text(p));
+      text +=
+          fmt::format("  d/d {:<16} {:>17.9e} +- {:.1e} {:<12}", p.name, slope.value, slope.error, unit + unit_text(p));
       if (found.values[n] != 0 && *p.at != 0)
         text += fmt::format("  {:+.4f} % per %", slope.value * *p.at / found.values[n]);
       if (!(std::abs(slope.value) > slope.error)) text += "  not distinguishable from zero";

@@ -36,7 +36,8 @@ inline constexpr std::size_t step_count = 7;
 
 struct Sensitivity {
   std::vector<double> values;              ///< per number, at the parameters
-  std::vector<std::vector<Slope>> slopes;  ///< [number][parameter], SI unit of the number per the parameter's unit
+  std::vector<std::string> units;          ///< likewise; empty: unknown
+  std::vector<std::vector<Slope>> slopes;  ///< [number][parameter], unit of the number per the parameter's unit
 };
 
 /// Runs 2 * 7 runs per parameter and one, side by side. Throws StudyInterrupted, and std::runtime_error where a run

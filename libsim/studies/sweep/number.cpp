@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "libsim/document/expression.hpp"
+#include "libsim/document/units.hpp"
 #include "libsim/keys/ranges.hpp"
 #include "libsim/post/run_folder.hpp"
 
@@ -108,8 +109,11 @@ NumberOfRun of_path(const RunFolder& run, const SweepNumber& n, const TimeWindow
   const WindowRows rows = rows_in(run.series->at("time"), window, RowKind::equal);
   const auto of = [&](int column) {
     const Record& all = run.series->values[static_cast<std::size_t>(column)];
-    return Record(all.begin() + static_cast<std::ptrdiff_t>(rows.begin),
-                  all.begin() + static_cast<std::ptrdiff_t>(rows.end));
+    Record part(all.begin() + static_cast<std::ptrdiff_t>(rows.begin),
+                all.begin() + static_cast<std::ptrdiff_t>(rows.end));
+    const Unit unit = parse_unit(run.series->columns[static_cast<std::size_t>(column)].unit);  // as are the points: m
+    for (double& value : part) value = unit.to_si(value);
+    return part;
   };
   const Record x = of(i), y = of(j);
   const std::size_t count = n.points.size() / 2;
@@ -169,8 +173,8 @@ std::string unit_of(const RunFolder& run, const SweepNumber& n) {
                ? n.summary.substr(open + 1, close - open - 1)
                : std::string();
   }
-  const std::string name = n.path_text.empty() ? n.column : split_at_semicolons(n.path_text)[0];
-  const int column = run.series ? run.column(name) : -1;
+  if (!n.path_text.empty()) return "m";
+  const int column = run.series ? run.column(n.column) : -1;
   if (column < 0) return {};
   const std::string& unit = run.series->columns[static_cast<std::size_t>(column)].unit;
   return n.take == SweepNumber::Take::integral ? (unit == "1" ? "s" : unit + " s") : unit;

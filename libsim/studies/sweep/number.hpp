@@ -43,7 +43,8 @@ struct SweepNumber {
         "time: columns of means count with their intervals, others by the trapezium rule; integral: likewise, of "
         "instants by parabolas through rows");
     v.text("off", off_text,
-           "a formula in t (s), in SI units: what is taken is |column - formula|, whose mean, largest or rms `take` "
+           "a formula in t (s), in the unit of the column: what is taken is |column - formula|, whose mean, largest or "
+           "rms `take` "
            "chooses");
     v.quantity("from", from, "s", "[0, inf)", "window of this number; left out: the run's own, else its whole record");
     v.quantity("until", until, "s", "(0, inf)", "end of it");

@@ -13,6 +13,16 @@
 #include "libsim/report/page.hpp"
 
 namespace subsoil::sim {
+
+std::string unit_of(const std::vector<PointResult>& results, std::size_t number) {
+  for (const PointResult& r : results)
+    if (number < r.unit.size() && !r.unit[number].empty()) return r.unit[number];
+  return {};
+}
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
+}
 namespace {
 
 const char* word_of(PointResult::End end) {
@@ -50,13 +60,6 @@ std::string scatter_words(const Study& study, const std::vector<PointResult>& re
                      s->deviation, s->settings);
 }
 
-/// Of a number: of the first run that knows it.
-std::string unit_of(const std::vector<PointResult>& results, std::size_t number) {
-  for (const PointResult& r : results)
-    if (number < r.unit.size() && !r.unit[number].empty()) return r.unit[number];
-  return {};
-}
-
 /// Of a parameter whose values are numbers with units, as its first value has it: "mm" of "40 mm".
 std::string unit_of(const Study& study, std::size_t parameter) {
   if (study.points.empty() || !std::isfinite(study.points.front().places[parameter])) return {};
@@ -64,11 +67,6 @@ std::string unit_of(const Study& study, std::size_t parameter) {
   const std::size_t end = value.find_first_not_of("+-.0123456789eE");
   const std::size_t begin = end == std::string::npos ? end : value.find_first_not_of(' ', end);
   return begin == std::string::npos ? std::string() : value.substr(begin);
-}
-
-/// "draft [N]"; a number without dimension, or of an unknown one, keeps its name.
-std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
 }
 
 std::string csv_text(const Study& study, const std::vector<PointResult>& results) {

@@ -6,6 +6,11 @@
 
 namespace subsoil::sim {
 
+/// Unit of a number, of the first run that knows it; empty: none does.
+std::string unit_of(const std::vector<PointResult>& results, std::size_t number);
+/// "draft [N]"; a number without dimension, or of an unknown one, keeps its name.
+std::string with_unit(const std::string& name, const std::string& unit);
+
 /// FOLDER/sweep.csv and sweep.h5: a row per point with values, numbers, end, cause and wall time.
 void write_tables(const Study& study, const std::vector<PointResult>& results, const std::filesystem::path& folder);
 

@@ -182,6 +182,23 @@ TEST(SweepNumber, APathOfTheSummaryMayHoldUnitsWithASlash) {
     EXPECT_TRUE(std::isnan(at(none))) << none;
 }
 
+/// Points of a path are lengths, in whatever unit the path's columns are; a column and what is taken off it have one
+/// unit.
+TEST(SweepNumber, AColumnMayHaveAUnitOfItsOwn) {
+  RunFolder run;
+  run.series =
+      Series{.columns = {{"time", "s"}, {"x", "mm"}, {"y", "m"}}, .values = {{0, 1, 2}, {0, 300, 600}, {0, 0, 0}}};
+  run.window = {0, 2, "all"};
+  SweepNumber path;
+  path.path_text = "x;y", path.points = {0.3, 0.04};
+  EXPECT_NEAR(take_number(run, path).value, 0.04, 1e-12);
+  EXPECT_EQ(unit_of(run, path), "m");
+  SweepNumber off;
+  off.column = "x", off.off_text = "300*t", off.take = SweepNumber::Take::largest;
+  EXPECT_NEAR(take_number(run, off).value, 0, 1e-9);
+  EXPECT_EQ(unit_of(run, off), "mm");
+}
+
 /// Mean, interval and extremes over the run's own window are the summary's, which has every step; other windows have
 /// rows.
 TEST(SweepNumber, OverTheWindowOfTheRunIsTheSummarys) {
