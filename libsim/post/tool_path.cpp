@@ -83,6 +83,43 @@ void follow(const SurfaceSamples& file, ToolPath& tool) {
   }
 }
 
+/// Mean of all vertices along x or z: of a rotor that is its axis, whatever blade is the lowest.
+double middle_along(const SurfaceSamples& file, const ToolPath& tool, std::size_t frame, std::size_t axis) {
+  double sum = 0, count = 0;
+  for (const std::size_t s : tool.surfaces) {
+    const std::vector<float> v = file.surface(frame, file.surfaces()[s]);
+    for (std::size_t i = 0; i + 2 < v.size(); i += 3) sum += v[i + axis], ++count;
+  }
+  return sum / count;
+}
+
+/// Lengths of the stretches that the triangles below the soil's surface cover across the travel.
+std::vector<double> widths_apart(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices) {
+  std::vector<std::pair<double, double>> covered;
+  for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
+    const std::vector<float>& v = vertices[k];
+    for (const auto& t : file.surfaces()[tool.surfaces[k]].triangles) {
+      double low = far, from = far, until = -far;
+      for (const auto corner : t) {
+        const std::size_t at = 3 * static_cast<std::size_t>(corner);
+        const double across = v[at + tool.across()];
+        low = std::min(low, static_cast<double>(v[at + 1]));
+        from = std::min(from, across), until = std::max(until, across);
+      }
+      if (low < tool.soil_surface) covered.emplace_back(from, until);
+    }
+  }
+  std::sort(covered.begin(), covered.end());
+  std::vector<double> out;
+  double from = far, until = -far;
+  for (const auto& [begin, end] : covered) {
+    if (begin > until + level_edge && until > from) out.push_back(until - from), from = begin, until = end;
+    from = std::min(from, begin), until = std::max(until, end);
+  }
+  if (until > from) out.push_back(until - from);
+  return out;
+}
+
 void measure(const SurfaceSamples& file, ToolPath& tool) {
   const auto frame =
       static_cast<std::size_t>(std::max_element(tool.depth.begin(), tool.depth.end()) - tool.depth.begin());
@@ -96,6 +133,7 @@ void measure(const SurfaceSamples& file, ToolPath& tool) {
         high = std::max(high, static_cast<double>(vertices.back()[i + tool.across()]));
   }
   tool.width = high - low;
+  tool.widths = widths_apart(file, tool, vertices);
   tool.middle = 0.5 * (low + high);
   const double depth = tool.depth[frame], tip = tool.direction * tool.tip[frame];
   tool.rake_low = std::numbers::pi, tool.rake_high = 0;
@@ -127,13 +165,13 @@ std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surfac
   if (file.times().size() < 2) return {};
   choose(file, body_of, tool);
   if (tool.surfaces.empty()) return {};
-  const auto way = [&] { return tool.tip.back() - tool.tip.front(); };
-  tool.axis = 2, follow(file, tool);
-  const double along_z = way();
-  tool.axis = 0, follow(file, tool);
-  if (std::abs(along_z) > std::abs(way())) tool.axis = 2, follow(file, tool);
-  if (way() < 0) tool.direction = -1, follow(file, tool);
-  tool.travel = std::abs(way());
+  const auto way = [&](std::size_t axis) {
+    return middle_along(file, tool, file.times().size() - 1, axis) - middle_along(file, tool, 0, axis);
+  };
+  tool.axis = std::abs(way(2)) > std::abs(way(0)) ? 2 : 0;
+  tool.direction = way(tool.axis) < 0 ? -1 : 1;
+  follow(file, tool);
+  tool.travel = std::abs(way(tool.axis));
   tool.speed = tool.travel / (file.times().back() - file.times().front());
   measure(file, tool);
   return tool;

@@ -14,13 +14,14 @@ struct ToolPath {
   std::vector<std::size_t> surfaces;  ///< of FramesFile::surfaces()
   std::vector<std::string> names;
   double soil_surface = 0;         ///< y of the soil's mean surface, m
-  std::size_t axis = 0;            ///< along which it travels: 0 for x, 2 for z, by which the tip has gone further
+  std::size_t axis = 0;            ///< along which it travels: 0 for x, 2 for z, by which it has gone further
   double direction = 1;            ///< of travel along it, +1 or -1
   std::vector<double> tip, depth;  ///< per frame: lowest point along the axis, m; depth below the surface (< 0: above)
   std::vector<double> rear;        ///< per frame: of what is below the surface, the hindmost along the axis, m
   double middle = 0;               ///< of its width, across the axis, m
-  double width = 0;                ///< of what is below the surface in the frame of the greatest depth, m
-  double travel = 0;               ///< of the tip along the axis over the record, m, >= 0
+  double width = 0;                ///< extent of what is below the surface in the frame of the greatest depth, m
+  std::vector<double> widths;      ///< of the tools that stand apart in it, m: two shanks side by side are two
+  double travel = 0;               ///< of the mean of the tool's vertices along the axis over the record, m, >= 0
   double speed = 0;                ///< mean over the record, m/s
   /// Angles against the horizontal of the chords from the tip to the tool's front face at heights from a quarter of the
   /// depth up to the surface: minimum and maximum, rad.

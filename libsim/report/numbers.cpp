@@ -143,7 +143,9 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   const double depth = depth_of(tool);
   add("tool", "greatest depth of the tip", "m", depth, none, whole);
   add("tool", "width in the soil", "m", tool.width, none, whole);
-  add("tool", "mean speed of the tip", "m/s", tool.speed, none, whole);
+  if (tool.widths.size() > 1)
+    add("tool", "tools that stand apart in it", "1", static_cast<double>(tool.widths.size()), none, whole);
+  add("tool", "mean speed of travel", "m/s", tool.speed, none, whole);
   if (!furrow) return out;
   TimeWindow ends = whole;
   ends.rule = fmt::format("first frame to last, stretch {} = {:.3f} ... {:.3f} m{}", furrow->along, furrow->from,
@@ -183,13 +185,22 @@ std::string with_error(double value, double error, int digits, const char* unit)
   return fmt::format("{:.{}f} +- {:.{}f} {}", value, digits, error, digits, unit);
 }
 
+/// "127", or "25 + 25" of tools that stand apart; mm.
+std::string widths_text(const ToolPath& tool) {
+  std::string text;
+  for (const double width : tool.widths) text += fmt::format("{}{:.0f}", text.empty() ? "" : " + ", 1e3 * width);
+  return text;
+}
+
 ModelBand asabe(const std::optional<ToolPath>& tool) {
-  ModelBand out{"ASABE D497, one narrow-point subsoiler", {}, no_draft(tool)};
+  ModelBand out{"ASABE D497, narrow-point subsoiler", {}, no_draft(tool)};
   if (!out.text.empty()) return out;
   const double depth = depth_of(*tool);
-  out.band = asabe_subsoiler(depth, tool->speed);
-  out.text =
-      fmt::format("depth {:.0f} mm, {:.2f} m/s; coarse soil - 50 % to fine soil + 50 %", 1e3 * depth, tool->speed);
+  const std::size_t tools = tool->widths.size();
+  const Band each = asabe_subsoiler(depth, tool->speed);
+  out.band = {static_cast<double>(tools) * each.low, static_cast<double>(tools) * each.high};
+  out.text = fmt::format("{} tool{}, depth {:.0f} mm, {:.2f} m/s; coarse soil - 50 % to fine soil + 50 %", tools,
+                         tools == 1 ? "" : "s", 1e3 * depth, tool->speed);
   return out;
 }
 
@@ -218,8 +229,11 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
                        .friction = std::max(0.0, given->friction + f * known_error(given->friction_error)),
                        .adhesion = given->adhesion};
         soil.wall_friction = given->wall_friction.value_or(2.0 / 3 * soil.friction);
-        vertical = vertical || mckyes_ali_rupture(soil, tool->width, depth, rake) > 89 * degree;
-        const double draft = mckyes_ali(soil, tool->width, depth, rake);
+        double draft = 0;  // of tools that stand apart the sum: their wedges are taken not to meet
+        for (const double width : tool->widths) {
+          vertical = vertical || mckyes_ali_rupture(soil, width, depth, rake) > 89 * degree;
+          draft += mckyes_ali(soil, width, depth, rake);
+        }
         if (!std::isfinite(draft)) continue;
         band.low = std::min(band.low, draft), band.high = std::max(band.high, draft);
       }
@@ -229,11 +243,11 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
   }
   out.band = band;
   out.text =
-      fmt::format("c {}, phi {}, delta {}, {:.0f} kg/m3, width {:.0f} mm, depth {:.0f} mm, rake {:.0f} to {:.0f} deg",
+      fmt::format("c {}, phi {}, delta {}, {:.0f} kg/m3, width {} mm, depth {:.0f} mm, rake {:.0f} to {:.0f} deg",
                   with_error(given->cohesion * 1e-3, given->cohesion_error * 1e-3, 2, "kPa"),
                   with_error(given->friction / degree, given->friction_error / degree, 1, "deg"),
                   given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
-                  1e3 * tool->width, 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
+                  widths_text(*tool), 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
   if (vertical) out.text += "; at the minimum rake no wedge forms ahead: the lower end is a bound";
   return out;
 }

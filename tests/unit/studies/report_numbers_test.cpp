@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 
@@ -311,7 +313,7 @@ TEST(ModelBands, AreOfToolsThatTravel) {
   run.series = Series{{{"time", "s"}, {"draft", "N"}}, {{0, 0.1, 0.2}, {1, 2, 3}}};
   run.summary = Json{{"soil", {{"bulk density [kg/m3]", 1461.0}}}};
   ToolPath tool;
-  tool.depth = {0.05, 0.05}, tool.width = 0.03;
+  tool.depth = {0.05, 0.05}, tool.width = 0.03, tool.widths = {0.03};
   tool.rake_low = tool.rake_high = std::numbers::pi / 2;
   const SoilStrength strength{.cohesion = 100, .friction = 32 * degree, .wall_friction = {}};
   for (const double travel : {0.002, 0.3}) {
@@ -322,6 +324,87 @@ TEST(ModelBands, AreOfToolsThatTravel) {
       EXPECT_EQ(m.band.has_value(), travel > 0.05) << m.name;
       EXPECT_EQ(m.text.find("a tool that travels") != std::string::npos, travel < 0.05) << m.text;
     }
+  }
+}
+
+/// Boxes on one body whose vertices are known at every sample.
+class Boxes final : public SurfaceSamples {
+ public:
+  using Place = std::function<std::array<double, 3>(double t, std::array<double, 3> corner)>;
+  Boxes(std::vector<double> times, const std::vector<std::array<double, 6>>& boxes, Place place)
+      : times_(std::move(times)), place_(std::move(place)) {
+    for (const auto& b : boxes) {
+      FrameSurface& s = surfaces_.emplace_back();
+      s.name = "box" + std::to_string(surfaces_.size()), s.moves = true;
+      for (int k = 0; k < 8; ++k)
+        for (std::size_t d = 0; d < 3; ++d) s.vertices.push_back(static_cast<float>(b[2 * d + ((k >> d) & 1)]));
+      for (const auto& q :
+           {std::array{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}})
+        s.triangles.push_back({q[0], q[1], q[2]}), s.triangles.push_back({q[0], q[2], q[3]});
+    }
+  }
+  const std::vector<double>& times() const override { return times_; }
+  const std::vector<FrameSurface>& surfaces() const override { return surfaces_; }
+  std::vector<float> surface(std::size_t sample, const FrameSurface& s) const override {
+    std::vector<float> out;
+    for (std::size_t i = 0; i + 2 < s.vertices.size(); i += 3)
+      for (const double x : place_(times_[sample], {s.vertices[i], s.vertices[i + 1], s.vertices[i + 2]}))
+        out.push_back(static_cast<float>(x));
+    return out;
+  }
+
+ private:
+  std::vector<double> times_;
+  Place place_;
+  std::vector<FrameSurface> surfaces_;
+};
+
+std::map<std::string, std::string> one_body(const SurfaceSamples& of) {
+  std::map<std::string, std::string> out;
+  for (const FrameSurface& s : of.surfaces()) out[s.name] = "tool";
+  return out;
+}
+
+/// Of a rotor the forward speed, wherever the record ends: not the way of the blade that is the lowest by then.
+TEST(ToolPath, ARotorTravelsAsItsAxis) {
+  const double speed = -0.4, turning = 20;
+  for (const double end : {0.05, 0.1, 1.1}) {
+    const Boxes cross({0, 0.5 * end, end},
+                      {{-0.13, 0.13, -0.006, 0.006, -0.03, 0.03}, {-0.006, 0.006, -0.13, 0.13, -0.03, 0.03}},
+                      [&](double t, std::array<double, 3> c) {
+                        const double a = turning * t;
+                        return std::array{c[0] * std::cos(a) - c[1] * std::sin(a) + speed * t,
+                                          c[0] * std::sin(a) + c[1] * std::cos(a) + 0.08, c[2]};
+                      });
+    const auto tool = tool_path(cross, 0, one_body(cross));
+    ASSERT_TRUE(tool);
+    EXPECT_NEAR(tool->speed, std::abs(speed), 1e-5) << "to the digits of a float";
+    EXPECT_EQ(tool->direction, -1);
+  }
+}
+
+/// Two shanks with a gap are two tools: the formula's draft is the sum of both, and not that of one as wide as all.
+TEST(ToolPath, ShanksApartAreToolsOfTheirOwn) {
+  const double w = 0.025;
+  const auto along = [](double t, std::array<double, 3> c) { return std::array{c[0] + 0.5 * t, c[1], c[2]}; };
+  const Boxes two(
+      {0, 1}, {{0, 0.03, -0.1, 0.2, -0.05 - w / 2, -0.05 + w / 2}, {0, 0.03, -0.1, 0.2, 0.05 - w / 2, 0.05 + w / 2}},
+      along);
+  const Boxes one({0, 1}, {{0, 0.03, -0.1, 0.2, -w / 2, w / 2}}, along);
+  const auto both = tool_path(two, 0, one_body(two)), single = tool_path(one, 0, one_body(one));
+  ASSERT_TRUE(both && single);
+  ASSERT_EQ(both->widths.size(), 2U);
+  for (const double width : both->widths) EXPECT_NEAR(width, w, 1e-6);
+  EXPECT_NEAR(both->width, 0.1 + w, 1e-6);
+  RunFolder run;
+  run.series = Series{{{"time", "s"}, {"draft", "N"}}, {{0, 0.5, 1}, {1, 2, 3}}};
+  run.summary = Json{{"soil", {{"bulk density [kg/m3]", 1461.0}}}};
+  const SoilStrength strength{.cohesion = 100, .friction = 32 * degree, .wall_friction = {}};
+  const auto of_two = model_bands(run, both, strength), of_one = model_bands(run, single, strength);
+  for (std::size_t k = 0; k < 2; ++k) {
+    ASSERT_TRUE(of_two[k].band && of_one[k].band) << of_two[k].text;
+    EXPECT_NEAR(of_two[k].band->high, 2 * of_one[k].band->high, 1e-4 * of_two[k].band->high);
+    EXPECT_NEAR(of_two[k].band->low, 2 * of_one[k].band->low, 1e-4 * of_two[k].band->low);
   }
 }
 

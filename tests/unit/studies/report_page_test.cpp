@@ -196,7 +196,7 @@ time: {end: 1 s}
 TEST(Report, ToolIsMeasuredInTheFrames) {
   const Json data = data_of({pass() / "run"});
   const Json *width = row(data, "tool", "width in the soil"), *depth = row(data, "tool", "greatest depth of the tip"),
-             *speed = row(data, "tool", "mean speed of the tip");
+             *speed = row(data, "tool", "mean speed of travel");
   ASSERT_TRUE(width && depth && speed);
   // The blade is a box of 20 x 90 x 30 mm whose middle stays at y = 0; coordinates are rounded to some micrometres.
   EXPECT_NEAR((*width)["runs"][0]["value"].get<double>(), 0.030, 1e-5);
