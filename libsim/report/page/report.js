@@ -244,10 +244,10 @@ function drawFurrow() {
     series.push({ label: (several ? r.name + ', ' : '') + 'before', stroke: colour(i), dash: [6, 4], width: 1.2, spanGaps: true, points: { show: false } },
       { label: (several ? r.name + ', ' : '') + 'after', stroke: colour(i), width: 2, spanGaps: true, points: { show: false } });
   });
-  const value = (u, v) => v === null || v === undefined ? '\u2013' : text(v, 4) + ' mm';
+  const value = (u, v) => v === null || v === undefined ? '\u2013' : text(v, 4) + ' mm', across = some[0].r.furrow.across;
   plot({ width: width(), height: 230, title: 'Surface across the travel [mm]', scales: { x: { time: false } },
-    axes: [{ label: null, values: (u, v) => v.map(z => 'z ' + z + ' mm'), grid: { stroke: '#e4e7ea' } }, { size: 64, grid: { stroke: '#e4e7ea' } }],
-    series: [{ label: 'z', value }, ...series.map(x => ({ ...x, value }))] }, tables.length > 1 ? uPlot.join(tables) : tables[0], place);
+    axes: [{ label: null, values: (u, v) => v.map(place => across + ' ' + place + ' mm'), grid: { stroke: '#e4e7ea' } }, { size: 64, grid: { stroke: '#e4e7ea' } }],
+    series: [{ label: across, value }, ...series.map(x => ({ ...x, value }))] }, tables.length > 1 ? uPlot.join(tables) : tables[0], place);
   const grid = h('div', { class: 'grid2' });
   some.forEach(({ r, i }) => grid.append(h('figure', {}, movedCanvas(r.furrow), h('figcaption', {}, several ? swatch(i) : null, (several ? r.name + ': ' : '') +
     'mean displacement by place before the pass, 0 \u2026 ' + text(movedLargest(r.furrow) * 1e3, 3) + ' mm; black line: disturbed, more than ' + text(1e3 * r.furrow.threshold, 3) + ' mm; ' + r.furrow.along + ' = ' + text(r.furrow.from) + ' \u2026 ' + text(r.furrow.until) + ' m' + (r.furrow.steady ? '.' : ' (the entry: too little steady work is passed).') +
