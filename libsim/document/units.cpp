@@ -212,7 +212,8 @@ class Expression {
       if (!accept(")")) fail("lacks a `)`");
     } else if (is_digit(rest_.front())) {
       const double number = digits();
-      if (number != 1) fail("holds a number; numbers come first, then one unit");
+      if (number != 1)
+        fail("holds a number; numbers come first, then one unit, and arithmetic stands in brackets: (1/4) m");
     } else {
       unit = names().find(name());
     }

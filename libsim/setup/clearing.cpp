@@ -62,10 +62,14 @@ void Clearing::clear_given() {
         world_.soil.unsettled_inside += world_.bed->remove_if(inside);
         continue;
       }
+      const auto count = static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), inside));
       throw ScenarioError(fmt::format(
-          "{}: {} spheres (first: {}) lie inside `{}` at the start; start it outside the soil, or say `inside "
-          "machine: carve`{}",
-          loaded_.where("soil.bed"), std::count_if(spheres.begin(), spheres.end(), inside), first->id, r.name,
+          "{}: {} spheres (first: {}) lie inside `{}` at the start; {}{}", loaded_.where("soil.bed"), count, first->id,
+          r.name,
+          count == spheres.size()
+              ? "a chamber around all of them is a mesh whose walls have a thickness, or an open one, both sides of "
+                "which act; a tool starts outside the soil"
+              : "start it outside the soil, or say `inside machine: carve`",
           unit_guess(b, spheres)));
     }
     const int solid[] = {r.boundary};

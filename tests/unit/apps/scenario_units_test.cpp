@@ -89,8 +89,9 @@ TEST(ScenarioUnits, NumbersComeFirstThenOneUnit) {
   EXPECT_EQ(refusal("1 2 3 mm", "m"), "holds 3 numbers; needed is one");
   EXPECT_THROW(parse_quantities("1 2 mm", "m", 3), UnitError);
   EXPECT_EQ(refusal("mm", "m"), "a number must come first, then its unit");
-  EXPECT_EQ(refusal("1/2 m", "m"), "the unit `/2 m` holds a number; numbers come first, then one unit");
-  EXPECT_EQ(refusal("1 mm 2 mm", "m"), "the unit `mm 2 mm` holds a number; numbers come first, then one unit");
+  const std::string cure = "numbers come first, then one unit, and arithmetic stands in brackets: (1/4) m";
+  EXPECT_EQ(refusal("1/2 m", "m"), "the unit `/2 m` holds a number; " + cure);
+  EXPECT_EQ(refusal("1 mm 2 mm", "m"), "the unit `mm 2 mm` holds a number; " + cure);
 }
 
 TEST(ScenarioUnits, MissingUnit) {
