@@ -196,7 +196,10 @@ void System::number_rows() {
     row_part_.push_back({PartName::Kind::driver, d.name});
     row_angular_.push_back(visit([](const auto& driver) { return driver.angular(); }, d.element));
   }
-  if (length > 0) length_scale_ = length;
+  // A joint that stands at a centre of gravity but for the rounding of both places gives no length.
+  double gyration = 0;
+  for (const Body& b : model_.bodies) gyration = std::max(gyration, std::sqrt(b.inertia / b.mass));
+  if (length > 1e-9 * gyration) length_scale_ = length;
   for (double& size : body_size_)
     if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
 }
