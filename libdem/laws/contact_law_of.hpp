@@ -1,7 +1,10 @@
 #pragma once
+#include <cmath>
 #include <concepts>
+#include <cstdlib>
 #include <initializer_list>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "libdem/laws/bonded.hpp"
@@ -36,6 +39,33 @@ struct LawWord {
   void flag(auto&&...) {}
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
+};
+
+/// Throws std::invalid_argument for a parameter that is missing or outside the range that describe() states.
+struct ParameterCheck {
+  void card(auto&&...) {}
+  void quantity(const char* key, double value, const char*, const char* range, auto&&...) {
+    if (std::isnan(value)) throw std::invalid_argument(std::string(key) + ": is missing; its range is " + range);
+    refuse_outside(key, value, range);
+  }
+  void derived(const char* key, double value, const char*, const char* range, auto&&...) {
+    if (!std::isnan(value)) refuse_outside(key, value, range);
+  }
+  void exponent(auto&&...) {}
+  void flag(auto&&...) {}
+  template <class E>
+  void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
+
+ private:
+  /// @param range such as "(0, 1]" or "[0, inf)"
+  static void refuse_outside(const char* key, double value, const char* range) {
+    char* end = nullptr;
+    const double low = std::strtod(range + 1, &end), high = std::strtod(end + 1, &end);
+    while (*end == ' ') ++end;
+    const bool inside = (*range == '(' ? value > low : value >= low) && (*end == ')' ? value < high : value <= high);
+    if (!inside)
+      throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ": must be in " + range);
+  }
 };
 
 /// Throws std::invalid_argument for what a bond cannot have beside it.
@@ -150,7 +180,11 @@ class ContactLawOf final : public ContactLaw {
 
 template <class L>
 std::shared_ptr<const ContactLaw> make_law(const L& given) {
-  const L ready = given.resolved();
+  L stated = given;
+  if (std::isnan(stated.friction.mu)) stated.friction.mu = 0;  // friction that is left out is none
+  ParameterCheck check;
+  stated.describe(check);
+  const L ready = stated.resolved();
   ready.friction.check();
   if constexpr (requires { ready.bond; }) {
     if (ready.bond.acts()) {

@@ -21,7 +21,31 @@ Bed::Impl::Impl(LawTable laws_in, BedOptions options_in)
   bonds.resize(laws);
 }
 
-Bed::Bed(LawTable laws, BedOptions options) : impl_(std::make_unique<Impl>(std::move(laws), std::move(options))) {}
+namespace {
+
+/// Throws std::invalid_argument for a table that names laws it does not have, or not the same for (a, b) and (b, a).
+LawTable checked(LawTable laws) {
+  const auto fail = [](const std::string& text) { throw std::invalid_argument("LawTable: " + text); };
+  if (laws.materials < 0) fail("materials = " + std::to_string(laws.materials) + ": must not be negative");
+  const auto count = static_cast<std::size_t>(laws.materials);
+  if (laws.index.size() != count * count)
+    fail("index has " + std::to_string(laws.index.size()) + " entries; " + std::to_string(laws.materials) +
+         " materials need " + std::to_string(count * count));
+  for (int a = 0; a < laws.materials; ++a)
+    for (int b = 0; b < laws.materials; ++b) {
+      const std::string pair = "index of materials " + std::to_string(a) + " and " + std::to_string(b);
+      if (laws.of(a, b) < -1 || laws.of(a, b) >= static_cast<int>(laws.laws.size()))
+        fail(pair + " = " + std::to_string(laws.of(a, b)) + ": there are " + std::to_string(laws.laws.size()) +
+             " laws, counted from 0; -1 is none");
+      if (laws.of(a, b) != laws.of(b, a)) fail(pair + " is another than the other way round; a pair has one law");
+    }
+  return laws;
+}
+
+}  // namespace
+
+Bed::Bed(LawTable laws, BedOptions options)
+    : impl_(std::make_unique<Impl>(checked(std::move(laws)), std::move(options))) {}
 Bed::~Bed() = default;
 Bed::Bed(Bed&&) noexcept = default;
 
@@ -69,6 +93,10 @@ double Bed::volume_of(const Sphere& s) const {
 }
 
 int Bed::add(Boundary boundary) {
+  const int materials = impl_->laws.table().materials;
+  if (boundary.material < 0 || boundary.material >= materials)
+    throw std::invalid_argument("boundary '" + boundary.name + "': material " + std::to_string(boundary.material) +
+                                ": the laws are of " + std::to_string(materials) + ", counted from 0");
   boundary.pose_before = boundary.pose;
   impl_->boundaries.push_back(std::move(boundary));
   impl_->criterion.invalidate();
