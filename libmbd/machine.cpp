@@ -81,17 +81,34 @@ void Machine::refuse_redundant() const {
 
 void Machine::begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   integrator_->start(system_.model().start_time, q, velocity);
+  started_ = true;
   watch_energy(true);
   energy_at_start_ = 0;
   energy_at_start_ = energy().balance();  // with what the start itself has lost, as joints close or friction lets go
 }
 
+const BodyState& Machine::body(int index) const {
+  const System& system = integrator_->system();
+  if (index < 0 || index >= system.bodies())
+    throw std::out_of_range("machine: body " + std::to_string(index) + ": there are " +
+                            std::to_string(system.bodies()) + " with the ground, counted from 0");
+  return system.body(index);
+}
+
+// A machine that was not started has neither reactions nor a method that knows its velocities.
+void Machine::refuse_unstarted() const {
+  if (!started_)
+    throw std::logic_error("machine: advance() before start_from_pose(), start_from_towing_equilibrium() or restore()");
+}
+
 void Machine::advance(double h) {
+  refuse_unstarted();
   integrator_->advance(h);
   watch_energy(false);
 }
 
 void Machine::advance_to(double time) {
+  refuse_unstarted();
   integrator_->advance_to(time);
   watch_energy(false);
 }
@@ -254,6 +271,7 @@ Snapshot Machine::snapshot() const {
 void Machine::restore(const Snapshot& from) {
   if (report_.equations != system_.equations()) start_from_pose();  // fills what the start pose decides
   integrator_->restore(from);
+  started_ = true;
   energy_at_start_ = from.energy_at_start, most_energy_ = from.most_energy;
   lowest_potential_ = from.lowest_potential, highest_potential_ = from.highest_potential;
 }

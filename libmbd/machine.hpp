@@ -97,7 +97,7 @@ class Machine {
 
   /// The machine at the end of the last step.
   Instant now() const { return integrator_->now(); }
-  const BodyState& body(int index) const { return integrator_->system().body(index); }
+  const BodyState& body(int index) const;
   Reaction joint_reaction(const std::string& name) const { return joint_reaction(name, now()); }
   Reaction joint_reaction(const std::string& name, const Instant& at) const;
   /// Force (N) or torque (N m) of a driver along its coordinate: for the towed trolley the pull.
@@ -140,6 +140,7 @@ class Machine {
  private:
   void settle_pose(Eigen::VectorXd& q, Eigen::VectorXd& velocity);
   void refuse_redundant() const;
+  void refuse_unstarted() const;
   void begin(const Eigen::VectorXd& q, const Eigen::VectorXd& velocity);
   void watch_energy(bool first);
   void name_columns();
@@ -149,6 +150,7 @@ class Machine {
   std::unique_ptr<Integrator> integrator_;
   AssemblyReport report_;
   std::optional<Equilibrium> equilibrium_;
+  bool started_ = false;
   double energy_at_start_ = 0;
   double most_energy_ = 0, lowest_potential_ = 0, highest_potential_ = 0;
   std::vector<std::string> names_, units_;
