@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -31,6 +32,7 @@ class OwnForce {
     static_assert(!F::has.prepare && !F::has.stick && !F::has.touch && !F::has.trace && !F::has.rut &&
                       !F::has.towing_spin && !F::has.joint && !F::has.profiles && !F::has.controlled,
                   "OwnForce takes check, initialise_from_pose, gap, gaps and states");
+    static_assert(std::size(F::columns) <= max_force_columns, "a force has as many columns as ForceValues at most");
     const F& own = static_cast<const Held<F>&>(*held_).force;
     if constexpr (requires { own.body; }) {
       body_b = own.body;
