@@ -130,11 +130,16 @@ void ToolProgress::follow(Tool& tool) const {
   tool.room = (tool.along.x != 0 ? end.x : end.z) - front;
 }
 
+std::size_t ToolProgress::entered() const {
+  return static_cast<std::size_t>(
+      std::count_if(tools_.begin(), tools_.end(), [](const Tool& t) { return t.passes && t.entry; }));
+}
+
 bool ToolProgress::steady() const {
   bool any = false;
   for (const Tool& t : tools_) {
-    if (!t.passes) continue;
-    if (!t.entry || dem::norm(t.along) == 0 || t.travel < t.length + t.depth) return false;
+    if (!t.passes || !t.entry) continue;  // a guard above the soil never enters it
+    if (dem::norm(t.along) == 0 || t.travel < t.length + t.depth) return false;
     any = true;
   }
   return any;

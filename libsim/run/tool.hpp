@@ -36,7 +36,8 @@ struct Tool {
 /// A tool works steadily from when it has travelled, in the soil, its own length below the surface plus its depth: then
 /// the soil ahead of it and beside it has been sheared along its whole length. Its window ends when its foremost point
 /// is one depth from the end of the soil, where the end wall begins to be felt. Both are looked at along the way that
-/// it has really gone. With several tools the window is the time in which all work steadily.
+/// it has really gone. With several tools the window is the time in which all that are in the soil work steadily; one
+/// that enters later opens it again.
 class ToolProgress {
  public:
   ToolProgress(const World& world, const coupling::Simulation& simulation, double end);
@@ -48,7 +49,8 @@ class ToolProgress {
   void follow();
   /// Whether soil touches them in this step: a contact may be shorter than a row.
   void look_for_touch();
-  bool steady() const;      ///< all have travelled far enough
+  std::size_t entered() const;  ///< that have stood in the soil
+  bool steady() const;          ///< all that are in the soil have travelled far enough
   bool at_the_end() const;  ///< one has come to the end of the soil
   void archive(Archive& a) {
     for (Tool& tool : tools_) a("tool", tool);

@@ -81,8 +81,12 @@ void ToolMonitor::follow(double t) {
   if (progress_.tools().empty()) return;
   Summary& summary = *o_.summary;
   progress_.follow();
+  if (window_ == Opening::open && progress_.entered() > entered_ && !progress_.steady()) {
+    window_ = Opening::pending;  // another tool has entered the soil
+    summary.drop_window();
+  }
   if (window_ == Opening::pending && progress_.steady() && !progress_.at_the_end()) {
-    window_ = Opening::open;
+    window_ = Opening::open, entered_ = progress_.entered();
     summary.set_window(
         t, o_.s.time.end,
         "from when the tool has travelled, in soil, its length there plus its depth, until its foremost point is one "

@@ -28,7 +28,8 @@ class ToolMonitor : public StepObserver {
   bool never_steady() const { return window_ == Opening::pending && progress_.any_travelled(); }
 
   void archive(Archive& a) {
-    a("due", due_)("progress", progress_)("walls", walls_)("outside", outside_)("looks", looks_)("window", window_);
+    a("due", due_)("progress", progress_)("walls", walls_)("outside", outside_)("looks", looks_)("window", window_)(
+        "entered", entered_);
   }
 
  private:
@@ -42,6 +43,7 @@ class ToolMonitor : public StepObserver {
   std::optional<SurfaceMeeting> meeting_;
   Schedule due_;
   long looks_ = 0;
+  std::size_t entered_ = 0;           ///< tools in the soil when the window opened
   std::vector<std::string> outside_;  ///< surfaces that the window of a moving bed has left
   enum class Opening { fixed, pending, open, closed } window_ = Opening::fixed;
 };

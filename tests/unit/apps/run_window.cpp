@@ -46,6 +46,38 @@ TEST(RunWindow, OfABoundaryThatStartsInSoilOpensByItsTravelAndClosesBeforeTheSoi
                    summary_of(dir / "out")["columns"]["draft"]["mean in window"].get<double>());
 }
 
+/// The trench with a second boundary that travels with the tool.
+std::string trench_beside(const std::string& boundary) {
+  std::string text = trench;
+  const std::string behind = "time: {end: 0.8 s}";
+  return text.insert(text.find(behind), "  - " + boundary + "\n");
+}
+
+/// A guard that travels above the soil is in no soil: grains that touch it change nothing.
+TEST(RunWindow, IsThatOfTheToolsThatAreInTheSoil) {
+  const RunDirectory dir;
+  const std::string guard =
+      "{name: guard, material: steel, shape: {box: 20 60 60 mm}, at: 100 36 0 mm, moves: [{velocity: 0.4 0 0 m/s}]}";
+  ASSERT_EQ(run_scenario(dir.scenario(trench_beside(guard)), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_NEAR(summary["window"]["from [s]"].get<double>(), opens([](double t) { return 0.4 * t; }), 1.5e-3);
+  EXPECT_TRUE(summary["tools"]["tool"]["draft [N]"]["mean"].is_number());
+  EXPECT_EQ(summary["tools"]["guard"]["greatest depth [m]"], 0);
+}
+
+/// A second tool is let down to 5 mm below the surface and reaches it at 0.3 s; it is 20 mm long.
+TEST(RunWindow, OpensAgainWhenAnotherToolEnters) {
+  const RunDirectory dir;
+  const std::string second =
+      "{name: second, material: steel, shape: {box: 20 80 20 mm}, at: 20 55 0 mm, moves: [{velocity: 0.4 0 0 m/s}, "
+      "{velocity: 0 -0.1 0 m/s, from: 0.15 s, until: 0.35 s}]}";
+  ASSERT_EQ(run_scenario(dir.scenario(trench_beside(second)), dir / "out"), exit_ok);
+  const double from = summary_of(dir / "out")["window"]["from [s]"].get<double>();
+  // Its mean surface is some millimetres off; from the entry on it travels 20 mm and its depth.
+  EXPECT_GT(from, 0.3 + 0.02 / 0.4 - 0.03);
+  EXPECT_LT(from, 0.3 + 0.03 / 0.4 + 0.03);
+}
+
 // The motion is the same, and so are the steps that means are of.
 TEST(RunWindow, AndItsMeansDoNotDependOnRows) {
   const RunDirectory dir;
