@@ -123,6 +123,23 @@ void refuse_changes(const std::vector<Difference>& found, const std::vector<std:
   throw ScenarioError(text);
 }
 
+void refuse_other_bed(const std::vector<Difference>& found, const std::string& state) {
+  std::string text;
+  for (const Difference& d : found) {
+    const bool of_soil = within(d.key, "soil") || within(d.key, "materials");
+    // Where a file lies is another matter in another folder.
+    const bool of_file = d.key.ends_with(".file") || d.key.ends_with(".import") || d.key.ends_with(".mesh");
+    if (d.kind != Difference::Kind::impossible || !of_soil || of_file) continue;
+    const auto shown = [](const std::string& value) { return value.empty() ? std::string("left out") : value; };
+    text += fmt::format(
+        "{}: its bed was made with {} = {}, the scenario has {}; leave `start` out, or make the state again\n", state,
+        d.key, shown(d.before), shown(d.now));
+  }
+  if (text.empty()) return;
+  text.pop_back();
+  throw ScenarioError(text);
+}
+
 void refuse_jumps(const World& world, double time, const std::string& state) {
   const auto refuse = [&](const std::string& who, double by, const char* unit) {
     throw ScenarioError(

@@ -25,6 +25,10 @@ std::vector<Difference> differences(const std::string& before, const std::string
 void refuse_changes(const std::vector<Difference>& found, const std::vector<std::string>& wished,
                     const std::string& state);
 
+/// Throws ScenarioError that lists what of the soil differs: the bed of the state was made by it. Machine, boundaries,
+/// step and laws may differ.
+void refuse_other_bed(const std::vector<Difference>& found, const std::string& state);
+
 /// Throws ScenarioError when a driver or a given path stands elsewhere at the state's time than the state does: it
 /// would jump. `world` is restored.
 void refuse_jumps(const World& world, double time, const std::string& state);

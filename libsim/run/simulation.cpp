@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "libdem/base/archive.hpp"
+#include "libsim/run/continuation.hpp"
 #include "libsim/run/input_report.hpp"
 #include "libsim/run/inputs.hpp"
 #include "libsim/run/machine_fault.hpp"
@@ -139,6 +140,7 @@ struct Simulation::Impl : StepObserver {
     inputs.replace(loaded, options.inputs);
     for (const std::string& body : options.forces_on) inputs.add_force_on(loaded, body);
     const auto start = options.start.empty() ? std::nullopt : std::optional(read_run(options.start));
+    if (start) refuse_other_bed(differences(start->scenario, write_scenario(loaded.scenario)), options.start.string());
     return std::make_unique<Impl>(std::move(loaded), options, std::move(inputs), file, std::move(source),
                                   start ? &*start : nullptr);
   }
@@ -154,12 +156,23 @@ struct Simulation::Impl : StepObserver {
     held.reset();
   }
 
+  /// An observer is being called, also where it throws.
+  struct Calling {
+    explicit Calling(bool& flag) : flag_(flag) { flag_ = true; }
+    ~Calling() { flag_ = false; }
+    Calling(const Calling&) = delete;
+    Calling& operator=(const Calling&) = delete;
+    bool& flag_;
+  };
+
   // --- StepObserver ---
   void at_instant() override {
     for (std::size_t k = 0; k < observers.size(); ++k) {  // one may add others
       Observing& o = observers[k];
       if (!o.call || !(o.due.due(time(), close()) || o.always)) continue;
+      if (!has_bed()) stepper.columns().take_instant(stepper.values());
       const auto call = o.call;
+      const Calling calling(in_observer);
       if (!call(*owner)) stop = true;
     }
     std::erase_if(observers, [](const Observing& o) { return !o.call; });
@@ -173,8 +186,11 @@ struct Simulation::Impl : StepObserver {
     request.instant = request.instant || last;
     request.energies = request.energies || (last && energies);
     request.until = std::min({request.until, target, time() + dt});
-    for (const Observing& o : observers)
+    for (const Observing& o : observers) {
       if (o.due.next() > time() + close()) request.until = std::min(request.until, o.due.next());
+      // Who is called at the end of this step reads its values.
+      request.instant = request.instant || o.always || o.due.next() <= time() + dt + close();
+    }
   }
   bool take(const std::function<void()>& step) override {
     const double t = time();
@@ -202,6 +218,9 @@ struct Simulation::Impl : StepObserver {
 
   /// Steps until `t`; false where an observer ends them.
   bool run_until(double t) {
+    if (std::isnan(t)) throw std::invalid_argument("run_until: the time is no number");
+    if (in_observer)
+      throw std::logic_error("an observer is called within a step: it must not step; return false to end the call");
     stop = false, summed = 0, target = t;
     std::fill(sums.begin(), sums.end(), dem::Wrench{});
     StepObserver* const observers_of_step[] = {this};
@@ -281,6 +300,7 @@ struct Simulation::Impl : StepObserver {
   std::vector<ColumnInfo> columns;
   std::vector<dem::Wrench> sums;  ///< of surfaces about the world's origin, over the steps of a call
   long summed = 0;
+  bool in_observer = false;
   double target = 0;  ///< s, to which the call steps
   bool last = false, stop = false;
   std::vector<Observing> observers;
@@ -313,7 +333,10 @@ double Simulation::end() const { return impl_->loaded.scenario.time.end; }
 double Simulation::step_length() const { return impl_->stepper.simulation().step_length(); }
 long Simulation::steps() const { return impl_->stepper.steps(); }
 
-bool Simulation::step(long count) { return run_until(time() + static_cast<double>(count) * step_length()); }
+bool Simulation::step(long count) {
+  if (count < 0) throw std::invalid_argument("step: " + std::to_string(count) + " steps; must not be negative");
+  return run_until(time() + static_cast<double>(count) * step_length());
+}
 bool Simulation::run_until(double t) { return impl_->run_until(t); }
 
 bool Simulation::has_bed() const { return impl_->has_bed(); }
@@ -395,6 +418,9 @@ void Simulation::set_motion(const std::string& surface, const SurfaceMotion& mot
                                 (impl_->surfaces[k].owner == SurfaceInfo::Owner::machine
                                      ? "machine, which moves it; set an input of its driver or a force on its body"
                                      : "container; give the moved wall under `boundaries`"));
+  const auto finite = [](const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+  if (!finite(motion.position) || !finite(motion.velocity) || !finite(motion.angular_velocity))
+    throw std::invalid_argument("surface " + surface + ": position and velocities must be finite numbers");
   const dem::Quaternion& q = motion.attitude;
   const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   if (!(std::abs(norm - 1) < 1e-3))

@@ -144,6 +144,11 @@ class Bits(unittest.TestCase):
             order, same = np.argsort(sim.id), np.argsort(other.id)
             np.testing.assert_array_equal(other.position[same], sim.position[order])
             self.assertTrue(other.step(5))
+            stiffer = subsoil.Simulation(TRENCH, sets=["contacts[0].k_n=60 kN/m"], threads=1, start=file)
+            np.testing.assert_array_equal(stiffer.position[np.argsort(stiffer.id)], sim.position[order])
+            for other_bed in "soil.bed.radius=9 mm", "materials.soil.density=5000 kg/m^3":
+                with self.assertRaisesRegex(subsoil.SubsoilError, "its bed was made with"):
+                    subsoil.Simulation(TRENCH, sets=[other_bed], start=file)
             with self.assertRaisesRegex(subsoil.SubsoilError, "nowhere.h5"):
                 subsoil.Simulation(TRENCH, start=folder + "/nowhere.h5")
 

@@ -266,6 +266,21 @@ TEST(InProcess, AnObserverEndsACall) {
   EXPECT_EQ(simulation.steps(), 60);
 }
 
+/// What an observer reads is of the instant at which it is called.
+TEST(InProcess, AnObserverReadsValuesOfItsInstant) {
+  Simulation simulation = Simulation::from_text(trench, "case.yaml", {.threads = 1});
+  int calls = 0;
+  simulation.observe(10e-3, [&](Simulation& s) {
+    if (s.steps() == 0) return true;  // no step, no value
+    EXPECT_TRUE(std::isfinite(s.value("draft")));
+    return ++calls, true;
+  });
+  simulation.run_until(0.05);
+  EXPECT_GE(calls, 4);
+  simulation.observe(0, [](Simulation& s) { return s.step(); });
+  EXPECT_THROW(simulation.step(), std::exception) << "an observer must not step";
+}
+
 TEST(InProcess, RefusalsNameTheCure) {
   EXPECT_NE(subsoil::test::message_of([] {
               Simulation::from_text(small_pass, "case.yaml", {.inputs = {"machine.drivers.tow.velocty"}});
