@@ -38,11 +38,11 @@ int main() {
   for (double t = 0; t < 0.3; t += dt) bed.step(dt);  // to rest; the tine stands outside
   double draft = 0, path = 0;
   while (path < 0.2) {
-    Boundary& b = bed.boundary(index);
+    Boundary& b = bed.boundary(index);  // its pose is that of t_n, its velocity that of t_n - dt/2
     b.velocity = {speed, 0, 0};
+    bed.step(dt);
     b.pose.position.x += speed * dt;
     path += speed * dt;
-    bed.step(dt);
     if (path > 0.1) draft -= bed.boundary(index).wrench.force.x * dt * speed / 0.1;
   }
   const double weight = 960 * 2000 * 4.19e-6 * 9.81;
