@@ -78,8 +78,9 @@ struct Bond {
 
   template <class V>
   void describe(V& v) {
-    v.choice("bond", kind, {{"none", Kind::none}, {"parallel", Kind::parallel}},
-             "cement between spheres, beside the contact: parallel bond (Potyondy & Cundall 2004)");
+    v.choice("bond", kind, {{"none", Kind::none}, {"parallel", Kind::parallel}, {"fibre", Kind::fibre}},
+             "parallel: cement between spheres, beside the contact (Potyondy & Cundall 2004); fibre: the same beam in "
+             "place of the contact, between neighbours of one of `soil.bed.fibres`");
     v.derived("bond modulus", modulus, "Pa", "(0, inf)", "Young's modulus of the bond: k_n = E/(r_i + r_j) per area");
     v.quantity("bond stiffness ratio", ratio, "1", "(0, inf)",
                "normal over shear stiffness of the bond, E/G of a beam: 2.5 at Poisson's ratio 1/4");

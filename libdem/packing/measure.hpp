@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "libdem/bed.hpp"
 #include "libdem/geometry/bounds.hpp"
@@ -19,6 +21,19 @@ struct SurfaceHeight {
   double lowest = 0, highest = 0;  ///< m
 };
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region);
+/// Those columns.
+class SurfaceColumns {
+ public:
+  SurfaceColumns(std::span<const Sphere> spheres, const Bounds& region);
+  const std::vector<double>& heights() const { return top_; }  ///< m, world y
+  double height_at(const Vec3& x) const;                       ///< of the column there, or of the nearest one
+
+ private:
+  std::size_t column(double u, double w) const;
+  Bounds region_;
+  long nx_ = 1, nz_ = 1;
+  std::vector<double> top_;
+};
 /// The same for the part of the region with x in [from, to].
 SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to);
 
@@ -36,6 +51,10 @@ double bulk_density(const Bed& bed, const Bounds& region);
 /// Mean number of spheres that touch a sphere (overlap above zero), walls not counted; across periodic sides, too.
 double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell = {});
 
+inline constexpr std::uint32_t kAllSpheres = std::numeric_limits<std::uint32_t>::max();
+/// Those with lower numbers.
+std::vector<Sphere> spheres_below(std::span<const Sphere> spheres, std::uint32_t below);
+
 struct BedReport {
   std::size_t spheres = 0;
   double mass = 0;          ///< kg, of all, fixed ones too
@@ -45,8 +64,8 @@ struct BedReport {
 };
 BedReport report(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell = {});
 /// Of a bed with clumps: `spheres` counts their members, contacts between these are left out, and the mass of a clump
-/// lies where its members are.
-BedReport report(const Bed& bed, const Bounds& region);
+/// lies where its members are. Of spheres with numbers below `below` only: what was laid on the bed has higher ones.
+BedReport report(const Bed& bed, const Bounds& region, std::uint32_t below = kAllSpheres);
 
 double mean_radius(std::span<const Sphere> spheres);  ///< m; 0 of none
 

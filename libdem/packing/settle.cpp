@@ -514,6 +514,16 @@ class LayeredRain {
   Settler& settler_;
 };
 
+void cover(Bed& bed, const SettlePlan& plan, Settler& settler) {
+  if (plan.cover == nullptr || settler.stopped()) return;
+  BedCover::Laid laid;
+  laid.first = static_cast<std::uint32_t>(settler.measured([&] { return next_id(bed); }));
+  laid.height = settler.measured([&] { return (laid = plan.cover->lay(bed, laid.first)).height; });
+  laid.left_out = static_cast<std::size_t>(settler.measured([&] { return static_cast<double>(laid.left_out); }));
+  plan.cover->laid(laid);
+  settler.finish();
+}
+
 void check_layers(const std::vector<BedLayer>& layers) {
   double below = 0;
   for (const BedLayer& layer : layers) {
@@ -555,6 +565,7 @@ SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, cons
   settler.aim_at_once();
   compact(settler, plan.compaction);
   settler.require_density();
+  cover(bed, plan, settler);
   return settler.done();
 }
 
@@ -592,6 +603,7 @@ SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fi
     LayeredRain(bed, laws, fill, plan, settler).rain(layers, layers.size() - 1, n + 1);
   }
   settler.require_density();
+  cover(bed, plan, settler);
   SettleReport out = settler.done();
   out.levelled = levelled;
   if (!fill.layers.empty()) out.layer_ends = ends;

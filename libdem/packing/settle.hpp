@@ -81,6 +81,21 @@ struct Compaction {
   bool any() const { return density || load != nullptr; }
 };
 
+/// What is laid on a bed once it lies. The bed then comes to rest again, under the final laws.
+class BedCover {
+ public:
+  struct Laid {
+    std::uint32_t first = 0;   ///< number of its first sphere
+    double height = 0;         ///< m, world y, to which it reaches
+    std::size_t left_out = 0;  ///< spheres of the bed that were in its place
+  };
+  virtual ~BedCover() = default;
+  /// Adds spheres with numbers from `first` on.
+  virtual Laid lay(Bed& bed, std::uint32_t first) = 0;
+  /// Before the bed comes to rest under it; of a settling that is continued, without `lay`.
+  virtual void laid(const Laid& what) = 0;
+};
+
 struct SettlePlan {
   double step = 0;                    ///< s; stable for the final laws
   std::optional<double> duration;     ///< s of settling under the final laws; or
@@ -90,6 +105,7 @@ struct SettlePlan {
   double lowered = 0.1;     ///< factor on friction and rolling resistance before they are raised
   double ramp = 0.1;        ///< s over which attraction, friction and rolling resistance come back
   Compaction compaction{};  ///< `at_most` then holds for each of its stages by itself
+  BedCover* cover = nullptr;
   /// Whether angular velocity counts in "at rest". A sphere that turns about the normal of its only contact is braked
   /// by nothing but torsion, which few laws have; one such sphere in a small bed keeps it from rest. It never counts
   /// where a law's rolling resistance is a constant torque: that reverses in every step about zero and ends no
