@@ -80,6 +80,10 @@ int check_command(const RunRequest& request) {
     const bool poured = s.soil && s.soil->bed && s.soil->bed->fill == Fill::random;
     line("spheres", poured && !s.soil->bed->count ? fmt::format("about {:.0f} (poured)", spheres)
                                                   : fmt::format("{:.0f}", spheres));
+    for (const FibreGroup& group : world.fibres)
+      line("fibres",
+           fmt::format("{}: {} of {} spheres, {:.4g} mm long, {:.4g} kg", group.name, group.count, group.per_fibre(),
+                       1e3 * group.shape.chain_length(), static_cast<double>(group.count) * group.shape.mass()));
     for (const PouredSoil& one : world.inlets) line("inlet", inlet_words(one, s.time.end));
     for (const dem::ClumpShape& shape : world.bed->clump_shapes()) line("clump", clump_words(shape, world));
     if (world.soil.spheres > 0 && !poured)

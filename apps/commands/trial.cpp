@@ -59,6 +59,8 @@ double settling_time(const Scenario& s, const World& world) {
   if (time == 0 && g > 0 && !world.bed->spheres().empty()) time = 20 * std::sqrt(2 * world.bed->spheres()[0].r / g);
   if (bed.fill == Fill::random && g > 0 && s.soil->container) time += std::sqrt(8 * s.soil->container->size.y / g);
   if (settle.staged(bed.fill)) time += settle.ramp;
+  for (const FibreSection& f : bed.fibres)  // they fall by about their length
+    if (g > 0) time += settle.duration.value_or(2 * std::sqrt(2 * f.length / g));
   return std::min(time, settle.at_most);
 }
 

@@ -24,6 +24,7 @@ struct ParticleTable {
   std::vector<std::string> material_names;
   std::vector<std::int32_t> clump{};  ///< number of its clump, -1: none; empty in a bed without
   std::vector<double> volume{};       ///< m^3 that a sphere stands for, of a clump's its share; empty without clumps
+  std::vector<std::int32_t> fibre{};  ///< number of its fibre, -1: of none; empty in a bed without
   std::vector<dem::Vec3> at_rest{};   ///< m; of a moving bed
   double period = 0;                  ///< m
   bool repeats() const { return !at_rest.empty(); }

@@ -86,6 +86,7 @@ std::vector<XdmfAttribute> put_particles(ArrayFile& file, const std::string& gro
   out.push_back({"density", real("density", "kg/m^3", table.density)});
   out.push_back({"material", whole("material", table.material)});
   if (!table.clump.empty()) out.push_back({"clump", whole("clump", table.clump)});
+  if (!table.fibre.empty()) out.push_back({"fibre", whole("fibre", table.fibre)});
   return out;
 }
 

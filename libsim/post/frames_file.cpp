@@ -34,6 +34,9 @@ void FramesFile::read_particles() {
   if (h5::exists(file_, "/particles/material names")) materials_ = h5::read_text(file_, "/particles/material names");
   if (h5::exists(file_, "/particles/solid volume")) volume_ = h5::read<double>(file_, "/particles/solid volume");
   if (h5::exists(file_, "/particles/clump")) clump_ = h5::read<std::int32_t>(file_, "/particles/clump");
+  if (h5::exists(file_, "/particles/fibre")) fibre_ = h5::read<std::int32_t>(file_, "/particles/fibre");
+  if (!fibre_.empty() && fibre_.size() != id_.size())
+    throw std::runtime_error("/particles: id and fibre differ in length");
   if (!clump_.empty() && clump_.size() != id_.size())
     throw std::runtime_error("/particles: id and clump differ in length");
   if (!volume_.empty() && volume_.size() != id_.size())

@@ -62,6 +62,8 @@ class FramesFile final : public SurfaceSamples {
   double volume(std::size_t index) const;
   /// Number of the clump that a sphere belongs to, by index, -1 for none; empty in a bed without clumps.
   const std::vector<std::int32_t>& clump() const { return clump_; }
+  /// Number of the fibre that a sphere belongs to, by index, -1 for none; empty in a bed without fibres.
+  const std::vector<std::int32_t>& fibre() const { return fibre_; }
   const std::vector<std::int32_t>& material() const { return material_; }
   const std::vector<std::string>& materials() const { return materials_; }
   const std::vector<FrameSurface>& surfaces() const override { return surfaces_; }
@@ -97,7 +99,7 @@ class FramesFile final : public SurfaceSamples {
   std::vector<std::int64_t> id_;
   std::vector<float> radius_, density_;
   std::vector<double> volume_;  ///< empty in a bed without clumps
-  std::vector<std::int32_t> material_, clump_;
+  std::vector<std::int32_t> material_, clump_, fibre_;
   std::vector<std::string> materials_;
   std::vector<double> at_rest_;  ///< x y z of the spheres of a period, m
   double period_ = 0;            ///< m

@@ -19,6 +19,19 @@ struct Displaced {
   std::vector<std::ptrdiff_t> row_after;  ///< -1: gone
 };
 
+/// Without fibres, which lie on the surface and are none of it.
+FrameSpheres soil_of(const FramesFile& file, std::size_t frame) {
+  FrameSpheres all = file.spheres(frame, false);
+  if (file.fibre().empty()) return all;
+  FrameSpheres out;
+  for (std::size_t i = 0; i < all.index.size(); ++i) {
+    if (file.fibre()[all.index[i]] >= 0) continue;
+    out.index.push_back(all.index[i]);
+    out.position.insert(out.position.end(), &all.position[3 * i], &all.position[3 * i] + 3);
+  }
+  return out;
+}
+
 Displaced displaced(const FramesFile& file) {
   const std::size_t last = file.times().size() - 1;
   if (file.is_moving_bed()) {  // what the window held at first is gone
@@ -26,7 +39,7 @@ Displaced displaced(const FramesFile& file) {
     for (std::size_t i = 0; i < d.before.index.size(); ++i) d.row_after.push_back(static_cast<std::ptrdiff_t>(i));
     return d;
   }
-  Displaced d{file.spheres(0, false), file.spheres(file.times().size() - 1, false), {}};
+  Displaced d{soil_of(file, 0), soil_of(file, file.times().size() - 1), {}};
   std::vector<std::ptrdiff_t> row(file.particles(), -1);
   for (std::size_t i = 0; i < d.after.index.size(); ++i) row[d.after.index[i]] = static_cast<std::ptrdiff_t>(i);
   for (const std::uint32_t index : d.before.index) d.row_after.push_back(row[index]);

@@ -16,7 +16,7 @@ namespace {
 
 /// Arrays of a frame by sphere, and of the table of spheres (docs/reference/output-variables.md).
 constexpr const char* kMotion[] = {"velocity", "spin", "force", "torque", "contacts", "bonds"};
-constexpr const char* kTable[] = {"id", "radius", "density", "material", "clump"};
+constexpr const char* kTable[] = {"id", "radius", "density", "material", "clump", "fibre"};
 
 /// Names that are the user's as names of files: letters, digits, `.`, `+` and `-`, of which no two are alike.
 std::string file_name(const std::string& name, std::set<std::string>& taken) {

@@ -165,6 +165,54 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   return out;
 }
 
+std::vector<ReportNumber> numbers_of_fibres(const RunFolder& run) {
+  std::vector<ReportNumber> out;
+  if (!run.summary.is_object() || !run.summary.contains("fibres") || !run.summary["fibres"].is_object()) return out;
+  const double begin = run.series ? run.series->at("time").front() : 0, end = run.number({"run", "simulated [s]"});
+  for (const auto& [name, fibres] : run.summary["fibres"].items()) {
+    const auto add = [&](const std::string& what, const char* unit, const std::vector<std::string>& keys, bool at_end) {
+      std::vector<std::string> path{"fibres", name, at_end ? "at the end" : "at the start"};
+      path.insert(path.end(), keys.begin(), keys.end());
+      const double value = run.number(path), at = at_end ? end : begin;
+      if (std::isfinite(value))
+        out.push_back({"fibres " + name, what, unit, value, none, {at, at, at_end ? "the last instant" : "the first"}});
+    };
+    add("mass", "kg", {"mass [kg]"}, true);
+    add("share buried at the start", "1", {"buried share"}, false);
+    add("share buried at the end", "1", {"buried share"}, true);
+    add("mass on the surface at the end", "kg", {"on the surface [kg]"}, true);
+    add("mean depth of what is buried", "m", {"mean depth of what is buried [m]"}, true);
+    const Json& bands = fibres.contains("at the end") ? fibres["at the end"].value("by depth", Json::array()) : Json();
+    for (const Json& band : bands)
+      if (const double share = band.value("share", 0.0); share > 0) {
+        const double from = band.value("from [m]", 0.0);
+        const std::string until = band["to [m]"].is_number()
+                                      ? fmt::format(" to {:.0f} mm", 1e3 * band["to [m]"].get<double>())
+                                      : " mm and more";
+        out.push_back({"fibres " + name,
+                       fmt::format("share at depths of {:.0f}{}", 1e3 * from, until),
+                       "1",
+                       share,
+                       none,
+                       {end, end, "the last instant"}});
+      }
+    add("angle to the horizontal at the start", "rad", {"angle to the horizontal [rad]"}, false);
+    add("angle to the horizontal at the end", "rad", {"angle to the horizontal [rad]"}, true);
+    add("angle to x at the end", "rad", {"angle to x [rad]"}, true);
+    add("nematic order at the end", "1", {"nematic order"}, true);
+    add("broken bonds", "1", {"broken bonds"}, true);
+    if (!fibres.contains("force on surfaces [N]")) continue;
+    for (const auto& [surface, force] : fibres["force on surfaces [N]"].items())
+      for (std::size_t d = 0; d < 3; ++d)
+        if (const Json& mean = force.value("mean of frames", Json::array()); mean.size() == 3 && mean[d].is_number())
+          out.push_back(
+              {"fibres " + name,
+               fmt::format("force on {} along {}, mean of {} frames", surface, "xyz"[d], force.value("frames", 0)), "N",
+               mean[d].get<double>(), none, run.window});
+  }
+  return out;
+}
+
 namespace {
 
 /// Formulas of draft are of a tool that is drawn along: why there is none, or empty. A tool that turns in place or goes

@@ -53,6 +53,8 @@ std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Qua
 /// What frames tell: depth, width, speed and rake of the tool, furrow, disturbed area, specific draft.
 std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& tool,
                                           const std::optional<Furrow>& furrow);
+/// Burial and direction of fibres, as the summary has them.
+std::vector<ReportNumber> numbers_of_fibres(const RunFolder& run);
 std::vector<ModelBand> model_bands(const RunFolder& run, const std::optional<ToolPath>& tool,
                                    const std::optional<SoilStrength>& soil);
 

@@ -227,6 +227,8 @@ class RunReader {
     std::optional<ToolPath> tool;
     if (run.series) part_.json["stills"] = numbers(still_times(run, run.series->at("time")));
     if (run.frames) tool = read_frames();
+    const std::vector<ReportNumber> fibres = numbers_of_fibres(run);
+    part_.list.insert(part_.list.end(), fibres.begin(), fibres.end());
     take_scene();
     if (request_.soil && !draft_of(run))
       run.missing.push_back(

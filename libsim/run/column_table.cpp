@@ -141,6 +141,12 @@ constexpr ColumnOf<InletOfWorld> inlets[] = {
     {"spheres", "1", [](From f, const InletOfWorld& i) { return count(poured(f, i).spheres); }, false, true},
     {"energy", "J", [](From f, const InletOfWorld& i) { return poured(f, i).energy(); }}};
 
+const FibreGroup& group(From f, const FibresOfWorld& g) { return f.world.fibres[g.index]; }
+constexpr ColumnOf<FibresOfWorld> fibres[] = {
+    {"buried", "1", [](From f, const FibresOfWorld& g) { return buried_share(f.world, group(f, g)); }},
+    {"broken bonds", "1", [](From f, const FibresOfWorld& g) { return count(broken_bonds(f.world, group(f, g))); },
+     false, true}};
+
 }  // namespace
 
 const ColumnFamily<SoilOnBody> soil_on_body_columns{
@@ -190,6 +196,11 @@ const ColumnFamily<InletOfWorld> inlet_columns{
     "INLET", Taken::sample, inlets,
     "of an inlet, since the start: mass and number of the spheres that came, their kinetic and potential energy, which "
     "is part of `soil.removed` with its sign turned"};
+
+const ColumnFamily<FibresOfWorld> fibre_columns{
+    "FIBRES", Taken::sample, fibres,
+    "of fibres: share of their mass that lies below the surface of the soil at its place; bonds that broke since the "
+    "start"};
 
 namespace {
 
@@ -313,7 +324,7 @@ std::string columns_markdown() {
   for (const MachineColumns& m : machine_columns()) out += line(m.owner, m.columns, m.meaning);
   out += line(soil_on_body_columns) + line(surface_columns) + line(fixed_columns) + line(path_columns) +
          line(servo_columns) + line(draft_columns) + line(bed_columns) + line(bond_columns) + line(force_columns) +
-         line(frozen_columns) + line(window_columns) + line(inlet_columns);
+         line(frozen_columns) + line(window_columns) + line(inlet_columns) + line(fibre_columns);
   return out + "| others | your own `machine.measures` and `output.monitor` |\n";
 }
 

@@ -43,6 +43,9 @@ struct SoilOnBody {
   int body;
 };
 struct SoilAsWhole {};
+struct FibresOfWorld {
+  std::size_t index;
+};
 struct InletOfWorld {
   std::size_t index;
 };
@@ -59,6 +62,7 @@ extern const ColumnFamily<SoilAsWhole> force_columns;   ///< with forces of a pr
 extern const ColumnFamily<SoilAsWhole> frozen_columns;  ///< with an active region
 extern const ColumnFamily<SoilAsWhole> window_columns;  ///< of a moving bed
 extern const ColumnFamily<InletOfWorld> inlet_columns;
+extern const ColumnFamily<FibresOfWorld> fibre_columns;
 
 /// A group of the machine's columns as libmbd names them: OWNER.name, or OWNER's own where it is a fixed word.
 struct MachineColumns {

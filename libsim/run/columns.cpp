@@ -87,6 +87,7 @@ void Columns::add_soil() {
   if (world_.bed->freezes()) add(frozen_columns, frozen_columns.owner, SoilAsWhole{});
   if (world_.moving) add(window_columns, window_columns.owner, SoilAsWhole{});
   for (std::size_t k = 0; k < world_.inlets.size(); ++k) add(inlet_columns, world_.inlets[k].name, InletOfWorld{k});
+  for (std::size_t k = 0; k < world_.fibres.size(); ++k) add(fibre_columns, world_.fibres[k].name, FibresOfWorld{k});
 }
 
 int Columns::find(const std::string& name) const {

@@ -39,7 +39,8 @@ FrameOutput::FrameOutput(const std::filesystem::path& directory, const Scenario&
     : world_(world),
       simulation_(simulation),
       holds_contacts_(world.bed != nullptr && scenario.output.contact_forces),
-      loads_(world) {
+      loads_(world),
+      drag_(world) {
   ParticleTable table;  // of the run's first instant
   std::vector<OutputSurface> surfaces;
   if (go_on != nullptr)
@@ -70,6 +71,7 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
     const long clump = world_.bed->clump_of(*sphere);
     table.density.push_back(dem::density(*sphere));
     table.material.push_back(sphere->material);
+    if (!world_.fibres.empty()) table.fibre.push_back(fibre_of(world_.fibres, sphere->id));
     if (world_.bed->clumps().empty()) continue;
     table.clump.push_back(
         clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
@@ -101,6 +103,7 @@ void FrameOutput::list_poured(ParticleTable& table, double end) const {
       table.radius.push_back(s.r);
       table.density.push_back(dem::density(s));
       table.material.push_back(s.material);
+      if (!world_.fibres.empty()) table.fibre.push_back(-1);
       if (world_.bed->clumps().empty()) continue;
       table.clump.push_back(-1);
       table.volume.push_back(dem::sphere_volume(s.r));
@@ -109,7 +112,8 @@ void FrameOutput::list_poured(ParticleTable& table, double end) const {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return table.id[a] < table.id[b]; });
   put_in_order(table.radius, order), put_in_order(table.density, order), put_in_order(table.material, order);
-  put_in_order(table.clump, order), put_in_order(table.volume, order), put_in_order(table.id, order);
+  put_in_order(table.fibre, order), put_in_order(table.clump, order), put_in_order(table.volume, order),
+      put_in_order(table.id, order);
 }
 
 /// Spheres of the first period stand for all others.
@@ -228,7 +232,7 @@ void FrameOutput::write_instant(const Instant& now, const Between& between, doub
   frame.deformed = deformed_;
   frame.values = now.values;
   const ContactLines lines = holds_contacts_ ? contact_lines(now.contacts, spheres, cell()) : ContactLines{};
-  if (holds_contacts_) frame.contact_forces = &lines;
+  if (holds_contacts_) frame.contact_forces = &lines, drag_.take(time, now.contacts);
   const std::vector<std::vector<FrameField>> loads = loads_.take(now_.t, frame.surfaces.size());
   frame.loads = loads;
   writer_->write(frame);
@@ -263,7 +267,7 @@ void FrameOutput::archive(Archive& a, bool needed) {
     a("needed", needed);
     if (needed) archive_now(a);
     if (needed && holds_contacts_) a.group("contacts", [&] { archive_contacts(now_.contacts, a); });
-    a("loads", loads_);
+    a("loads", loads_)("fibre drag", drag_);
   });
 }
 

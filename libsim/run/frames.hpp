@@ -6,6 +6,7 @@
 
 #include "libdem/base/archive.hpp"
 #include "libsim/io/run_writer.hpp"
+#include "libsim/run/fibre_drag.hpp"
 #include "libsim/run/frame_loads.hpp"
 #include "libsim/run/mechanism_frames.hpp"
 #include "libsim/run/restart.hpp"
@@ -40,6 +41,7 @@ class FrameOutput {
   void write_poses(double time, const Poses& poses);
   /// What pictures show of the machine; null without one.
   const Sketch* sketch() const { return mechanism_ ? &mechanism_->sketch() : nullptr; }
+  const FibreDrag& fibre_drag() const { return drag_; }
   long count() const { return writer_ ? writer_->frames() : 0; }
   void finish();
   /// The instant that a frame between the steps still needs (`needed`), to or from a state.
@@ -82,6 +84,7 @@ class FrameOutput {
   std::vector<std::size_t> measures_;  ///< columns of the machine
   bool holds_contacts_;
   FrameLoads loads_;
+  FibreDrag drag_;
   Instant before_, now_, between_;
 };
 

@@ -28,6 +28,10 @@ void archive_layers(Archive& a, SoilReport& soil) {
   }
 }
 
+void archive_fibres(Archive& a, SoilReport& soil) {
+  a("from", soil.fibres_from)("displaced", soil.displaced)("at the start", soil.fibres);
+}
+
 /// What a run keeps of its soil beside the bed.
 void archive_soil(Archive& a, SavedRun& saved) {
   SoilReport& s = saved.soil;
@@ -37,6 +41,7 @@ void archive_soil(Archive& a, SavedRun& saved) {
   a("container shift", saved.container_shift);
   a.group("layers", [&] { archive_layers(a, s); });
   if (!a.reads() || a.has("by depth")) a("by depth", s.by_depth);
+  if (a.reads() ? a.has("fibres") : !s.fibres.empty()) a.group("fibres", [&] { archive_fibres(a, s); });
 }
 
 void archive_progress(Archive& a, RunProgress& p) {
@@ -54,6 +59,7 @@ void put_progress(StateWriter& out, const RunProgress& p) {
   out.put("run/particles/density", p.particles.density);
   out.put("run/particles/material", p.particles.material);
   if (!p.particles.clump.empty()) out.put("run/particles/clump", p.particles.clump);
+  if (!p.particles.fibre.empty()) out.put("run/particles/fibre", p.particles.fibre);
   if (p.particles.repeats()) {
     out.put_vectors("run/particles/at rest", p.particles.at_rest);
     out.put("run/particles/period", p.particles.period);
@@ -78,6 +84,7 @@ RunProgress progress_of(const StateReader& in) {
     p.particles.period = in.value<double>("run/particles/period");
   }
   if (in.has("run/particles/clump")) p.particles.clump = in.get<std::int32_t>("run/particles/clump");
+  if (in.has("run/particles/fibre")) p.particles.fibre = in.get<std::int32_t>("run/particles/fibre");
   return p;
 }
 
@@ -324,6 +331,7 @@ void restore(const SavedRun& saved, World& world, coupling::Simulation& simulati
       world.bed->restore(saved.bed);
     world.soil = saved.soil;
     world.soil.clumps = world.bed->clumps().size();
+    number_fibres(world);
     world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift - world.container_shift);
     world.container_shift = saved.container_shift;
     if (saved.inlets.size() != world.inlets.size())

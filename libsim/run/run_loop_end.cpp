@@ -143,6 +143,7 @@ void RunLoop::finish(int& code) {
     write_disturbance(*summary_, tools_.progress(), request_.out, s_, tools_.walls().any_reached());
   write_window(*summary_, world_);
   write_inlets(*summary_, world_);
+  write_fibres(*summary_, world_, output_.frames->fibre_drag());
   if (world_.bed) write_servos(*summary_, world_, simulation_);
   if (world_.bed) write_wear(*summary_, world_, output_.reached);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });

@@ -152,6 +152,7 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
   }
   b["settled for [s]"] = world.soil.settled_for;
   b["carved for the machine"] = world.soil.carved;
+  if (world.soil.displaced > 0) b["left out for fibres"] = world.soil.displaced;
   b["fallen out and removed"] = world.bed->removed_count();
   b["outside the container at the end"] =
       beyond({true, true, true, false, true, true}, scenario, world);  // over the rim and through an open side too
@@ -176,6 +177,55 @@ Json carried_json(const dem::CarriedSoil& c) {
 }
 
 }  // namespace
+
+namespace {
+
+Json fibre_json(const FibreFacts& f) {
+  const double mass = f.mass > 0 ? f.mass : 1;
+  Json json{{"mass [kg]", f.mass},
+            {"on the surface [kg]", f.on_surface()},
+            {"buried [kg]", f.buried},
+            {"buried share", f.buried / mass},
+            {"mean depth of what is buried [m]", f.mean_depth}};
+  for (std::size_t k = 0; k < f.by_depth.size(); ++k) {
+    const double from = static_cast<double>(k) * f.band;
+    json["by depth"].push_back({{"from [m]", from},
+                                {"to [m]", k + 1 < f.by_depth.size() ? Json(from + f.band) : Json()},
+                                {"mass [kg]", f.by_depth[k]},
+                                {"share", f.by_depth[k] / mass}});
+  }
+  json["angle to the horizontal [rad]"] = f.to_horizontal;
+  json["angle to x [rad]"] = f.to_x;
+  json["nematic order"] = f.order;
+  json["intact bonds"] = f.segments;
+  json["broken bonds"] = f.broken;
+  return json;
+}
+
+}  // namespace
+
+void write_fibres(Summary& summary, const World& world, const FibreDrag& drag) {
+  if (world.fibres.empty()) return;
+  const std::vector<FibreFacts> now = fibre_facts(world);
+  auto& section = summary.section("fibres");
+  const bool window = std::isfinite(summary.window_from()) && summary.window_until() > summary.window_from();
+  const double from = window ? summary.window_from() : 0, until = window ? summary.window_until() : 1e300;
+  for (std::size_t k = 0; k < world.fibres.size(); ++k) {
+    const FibreGroup& group = world.fibres[k];
+    section[group.name] = {{"fibres", group.count},
+                           {"spheres of a fibre", group.per_fibre()},
+                           {"length [m]", group.shape.chain_length()},
+                           {"diameter [m]", group.shape.diameter},
+                           {"mass of a fibre [kg]", group.shape.mass()},
+                           {"at the end", fibre_json(now[k])}};
+    if (k < world.soil.fibres.size()) section[group.name]["at the start"] = fibre_json(world.soil.fibres[k]);
+    for (const FibreDrag::Mean& mean : drag.means(k, from, until))
+      section[group.name]["force on surfaces [N]"][mean.surface] = {
+          {"mean of frames", {mean.force.x, mean.force.y, mean.force.z}}, {"frames", mean.frames}};
+    spdlog::info("fibres {}: {:.1f} % of {:.3g} kg buried, {} bonds broken", group.name,
+                 now[k].mass > 0 ? 100 * now[k].buried / now[k].mass : 0.0, now[k].mass, now[k].broken);
+  }
+}
 
 void write_inlets(Summary& summary, const World& world) {
   for (const PouredSoil& one : world.inlets) {

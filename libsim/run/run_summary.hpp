@@ -5,6 +5,7 @@
 
 #include "libsim/io/summary.hpp"
 #include "libsim/run/energy_start.hpp"
+#include "libsim/run/fibre_drag.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/run/tool.hpp"
 #include "libsim/setup/world.hpp"
@@ -26,6 +27,8 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
                        const World& world);
 void write_energy(Summary& summary, const EnergyStart& start, const World& world,
                   const coupling::Simulation& simulation, const mbd::MachineEnergy& of_machine);
+/// Where fibres lay at the start and lie now, and what they did to surfaces in the window.
+void write_fibres(Summary& summary, const World& world, const FibreDrag& drag);
 /// What inlets have poured.
 void write_inlets(Summary& summary, const World& world);
 /// What came into a moving bed and what was left.

@@ -53,6 +53,10 @@ void report_soil(const World& world) {
           : "";
   spdlog::info("soil: {} spheres, {:.1f} kg, {}{:.2f} contacts per sphere", world.soil.spheres, world.soil.mass,
                surface, world.soil.coordination);
+  for (const FibreGroup& group : world.fibres)
+    spdlog::info("fibres {}: {} of {} spheres, {:.3g} kg", group.name, group.count, group.per_fibre(),
+                 static_cast<double>(group.count) * group.shape.mass());
+  if (world.soil.displaced > 0) spdlog::info("{} spheres of the bed left out for fibres", world.soil.displaced);
   for (const auto& [material, layer] : world.soil.layers)
     spdlog::info("layer of {}: {} spheres, {:.1f} mm thick, top at {:.4f} m (spread {:.1f} mm)", material,
                  layer.spheres, layer.thickness * 1e3, layer.top, layer.spread * 1e3);

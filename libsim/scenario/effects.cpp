@@ -24,6 +24,9 @@ bool draws_radii(const Scenario& s) {
                                                                [](const Layer& l) { return is_drawn(l.radius); }));
 }
 bool draws_numbers(const Scenario& s) {
+  if (!has_own_bed(s)) return false;
+  const auto& fibres = bed(s).fibres;
+  if (std::any_of(fibres.begin(), fibres.end(), [](const FibreSection& f) { return !f.seed; })) return true;
   return is_made(s) && (bed(s).fill == Fill::random || bed(s).jitter != 0 || !bed(s).clumps.empty() || draws_radii(s));
 }
 

@@ -102,6 +102,17 @@ MaterialNeeds material_needs(const GivenLaw& given) {
       variant_of(given));
 }
 
+bool makes_fibres(const GivenLaw& given) {
+  return std::visit(
+      []<class L>(const L& law) {
+        if constexpr (requires { law.bond; })
+          return law.bond.replaces_contact();
+        else
+          return false;
+      },
+      variant_of(given));
+}
+
 std::optional<double> liquid_volume(const GivenLaw& given) {
   return std::visit(
       []<class L>(const L& law) -> std::optional<double> {

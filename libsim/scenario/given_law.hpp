@@ -45,6 +45,9 @@ struct MaterialNeeds {
 };
 MaterialNeeds material_needs(const GivenLaw& law);
 
+/// Whether spheres of this law come as fibres: `bond: fibre`.
+bool makes_fibres(const GivenLaw& law);
+
 /// Of one bridge, m^3; nothing where the law has none.
 std::optional<double> liquid_volume(const GivenLaw& law);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libdem/packing/measure.hpp"
 #include "libsim/base/coarse_graining.hpp"
 
 namespace subsoil::sim {
@@ -41,9 +40,10 @@ Line between(double low, double high, double margin, double spacing) {
 
 }  // namespace
 
-std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region) {
-  const double diameter = 2 * dem::mean_radius(bed.spheres());
-  const double surface = dem::surface_height(bed.spheres(), region).mean;
+std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region, std::uint32_t below) {
+  const std::vector<dem::Sphere> spheres = dem::spheres_below(bed.spheres(), below);
+  const double diameter = 2 * dem::mean_radius(spheres);
+  const double surface = dem::surface_height(spheres, region).mean;
   if (!(diameter > 0) || !(surface > region.low.y)) return {};
   const FieldKernel kernel(FieldKernel::Kind::lucy, diameter);
   constexpr double most_rows = 12, most_points = 8;
@@ -69,7 +69,7 @@ std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region)
       ++contacts[id];
     }
   }
-  for (const dem::Sphere& s : bed.spheres())
+  for (const dem::Sphere& s : spheres)
     fields.add({.position = bed.options().periodic.wrapped(s.x),
                 .velocity = {},
                 .mass = s.m,

@@ -4,6 +4,7 @@
 #include "libdem/base/archive.hpp"
 #include "libdem/bed.hpp"
 #include "libdem/geometry/bounds.hpp"
+#include "libdem/packing/measure.hpp"
 
 namespace subsoil::sim {
 
@@ -22,7 +23,8 @@ struct DepthRow {
 
 /// Rows two mean diameters apart, twelve at most, each with what lies within two diameters. Points keep that distance
 /// from walls where the bed is wide enough, and from floor and surface: nearer, they would count empty space. A bed
-/// that is not eight diameters deep has one row, of its middle.
-std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region);
+/// that is not eight diameters deep has one row, of its middle. Of spheres with numbers below `below` only.
+std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region,
+                                       std::uint32_t below = dem::kAllSpheres);
 
 }  // namespace subsoil::sim

@@ -85,8 +85,9 @@ void Clearing::clear() {
   if (world_.soil.carved == 0) return;
   world_.bed->reset_energy_balance();         // what is carved was never of the run
   if (loaded_.scenario.soil->moving) return;  // count_window()
-  world_.soil.spheres = world_.bed->spheres().size(), world_.soil.mass = 0;
-  for (const dem::Sphere& s : world_.bed->spheres()) world_.soil.mass += s.m;
+  world_.soil.spheres = 0, world_.soil.mass = 0;
+  for (const dem::Sphere& s : world_.bed->spheres())
+    if (s.id < world_.soil.fibres_from) ++world_.soil.spheres, world_.soil.mass += s.m;
 }
 
 /// A solid that takes all spheres away leaves nothing to simulate: nearly always a unit that is wrong.

@@ -18,6 +18,7 @@
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/setup/compaction_plate.hpp"
+#include "libsim/setup/fibres.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/shapes.hpp"
 
@@ -475,6 +476,35 @@ void SoilBuilder::place_made() {
                                       rest_overlap(material().material, material().material), material()));
   }
   if (fill <= Fill::random) clear_stones();
+  if (has_fibres() && !(settles() && options_.settle)) lay_fibres();
+}
+
+/// On a bed that stands as it was placed.
+void SoilBuilder::lay_fibres() {
+  std::uint32_t first = 0;
+  for (const dem::Sphere& s : world_.bed->spheres()) first = std::max(first, s.id + 1);
+  FibreCover cover(world_, loaded_, [](double) {});
+  const dem::BedCover::Laid laid = cover.lay(*world_.bed, first);
+  cover.laid(laid);
+  extend_layers();
+  const auto& container = loaded_.scenario.soil->container;
+  if (settles() || !container) return;
+  if (const double rim = container->at.y + container->size.y; laid.height > rim)
+    throw ScenarioError(
+        fmt::format("{}: reach {:.4g} mm above the rim of the container; make it higher, or let the bed settle with "
+                    "them: `settle: {{until: ...}}`",
+                    loaded_.where("soil.bed.fibres"), 1e3 * (laid.height - rim)));
+}
+
+/// Fibres are of no layer.
+void SoilBuilder::extend_layers() {
+  if (!layer_.empty() && !world_.fibres.empty()) layer_.resize(world_.fibres.back().end(), -1);
+}
+
+/// While fibres come down.
+void SoilBuilder::raise_walls(double height) {
+  const auto& container = loaded_.scenario.soil->container;
+  if (container) shape_walls(std::max(0.0, height - container->at.y - container->size.y));
 }
 
 /// Grains of a lattice that overlap the fixed spheres among them. Those that rain begin above all of them.
@@ -504,6 +534,11 @@ double poured(const dem::Bounds& box, const Directions& periodic, double height,
 
 double SoilBuilder::expected_spheres() const {
   if (!has_bed() || bed().fill != Fill::random) return static_cast<double>(world_.bed->spheres().size());
+  return expected_grains() + static_cast<double>(fibre_spheres(loaded_.scenario));
+}
+
+/// Of a random bed, without fibres.
+double SoilBuilder::expected_grains() const {
   if (bed().count) return spheres_per_grain() * static_cast<double>(*bed().count);
   const dem::Bounds box = region();
   if (!layered()) {
@@ -560,7 +595,7 @@ void SoilBuilder::place_stand_in() {
     return;
   }
   if (has_clumps()) {
-    const auto grains = static_cast<std::size_t>(std::ceil(expected_spheres() / spheres_per_grain()));
+    const auto grains = static_cast<std::size_t>(std::ceil(expected_grains() / spheres_per_grain()));
     dem::LoosePlacer placer(region(), sizes(), shares_of(bed().shares), static_cast<std::uint64_t>(bed().seed),
                             material(), parts());
     return dem::add(*world_.bed, placer.grains(grains, region().low.y));
@@ -594,11 +629,12 @@ bool SoilBuilder::settles() const { return has_bed() && options_.place_soil && b
 dem::StepQuestion SoilBuilder::question() const {
   dem::StepQuestion q{.smallest_radius = 1e300, .largest_radius = 0, .density = 1e300, .speed = 0, .neighbours = 0};
   for (const dem::Sphere& s : world_.bed->spheres()) {
+    if (is_of_fibres_only(loaded_.scenario, s.material)) continue;  // question_between() has them
     q.largest_radius = std::max(q.largest_radius, s.r);
     q.smallest_radius = std::min(q.smallest_radius, s.r);
     if (s.kind != dem::SphereKind::member) q.density = std::min(q.density, dem::density(s));
   }
-  q.neighbours = dem::most_neighbours(world_.bed->spheres().size());
+  q.neighbours = dem::most_neighbours(world_.bed->spheres().size() + fibre_spheres(loaded_.scenario));
   const auto spheres = world_.bed->spheres();
   if (rains() && (std::all_of(spheres.begin(), spheres.end(), dem::is_fixed) || !options_.settle)) {
     q.neighbours = 12;
@@ -676,6 +712,8 @@ void SoilBuilder::settle(double step) {
   if (s.density) plan.lowered = 1;
   std::optional<CompactionPlate> plate;
   if (s.pressure) plan.compaction.load = &plate.emplace(*world_.bed, plate_, *s.pressure, step);
+  FibreCover cover(world_, loaded_, [this](double height) { raise_walls(height); });
+  if (has_fibres()) plan.cover = &cover;
   plan.from = options_.settling;
   plan.keep_due = options_.keep_settling_due;
   if (options_.keep_settling)
@@ -692,7 +730,9 @@ void SoilBuilder::settle(double step) {
         layer_.resize(report.layer_ends[k], static_cast<int>(k));
     } else {
       report = dem::settle(*world_.bed, world_.laws, plan, region());
+      if (has_fibres()) shape_walls(0);
     }
+    extend_layers();
     world_.soil.settled_for = report.settled_time;
     world_.soil.rms_speed = report.rms_speed;
     world_.soil.stopped = report.stopped;
@@ -744,14 +784,15 @@ void SoilBuilder::finish() {
   if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
     fix_rough_floor();
   if (has_spheres) {
-    const dem::BedReport r = dem::report(bed, measured());
+    const dem::BedReport r = dem::report(bed, measured(), world_.soil.fibres_from);
     world_.soil.spheres = r.spheres, world_.soil.clumps = bed.clumps().size();
     world_.soil.mass = r.mass;
     world_.soil.bulk_density = r.bulk_density;
     world_.soil.surface_mean = r.surface.mean;
     world_.soil.surface_spread = r.surface.spread;
     world_.soil.coordination = r.coordination;
-    if (settles() && acts_down(loaded_.scenario.gravity)) world_.soil.by_depth = profile_by_depth(bed, measured());
+    if (settles() && acts_down(loaded_.scenario.gravity))
+      world_.soil.by_depth = profile_by_depth(bed, measured(), world_.soil.fibres_from);
     if (!layer_.empty()) {
       const auto layers = dem::report_layers(bed.spheres(), measured(), layer_, this->bed().layers.size());
       for (std::size_t k = 0; k < layers.size(); ++k)

@@ -60,6 +60,11 @@ class SoilBuilder {
   void add_shapes();
   void place_clumps();
   void clear_stones();
+  bool has_fibres() const { return has_bed() && !bed().fibres.empty(); }
+  void lay_fibres();
+  void raise_walls(double height);
+  void extend_layers();
+  double expected_grains() const;
   bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
   dem::RadiusDistribution sizes() const;
   double radius_of_mean_grain() const;

@@ -142,13 +142,50 @@ void add_yielding(World& world, const Scenario& scenario, const dem::Law& law, c
   }
 }
 
+/// A sphere in a fibre has the bonds of its own law and contacts of another at once: in a mode of both, squares of
+/// frequencies add up.
+class FibreLimits {
+ public:
+  explicit FibreLimits(const Scenario& s) : s_(s), own_(s.materials.size()), other_(s.materials.size()) {}
+  /// The stable step of the law between two materials.
+  void take(std::size_t a, std::size_t b, const dem::StableStep& limit, bool at_surface) {
+    for (const std::size_t m : {a, b}) {
+      if (!is_of_fibres_only(s_, static_cast<int>(m))) continue;
+      if (a == b && !at_surface) {
+        own_[m] = limit.step;
+      } else if (other_[m].step == 0 || limit.step < other_[m].step) {
+        other_[m] = {limit.step, s_.materials[m == a ? b : a].name};
+      }
+      if (at_surface) break;  // b is what it touches
+    }
+  }
+  void limit(StepReport& report) const {
+    for (std::size_t m = 0; m < own_.size(); ++m) {
+      if (!(own_[m] > 0) || !(other_[m].step > 0)) continue;
+      const double both = 1 / std::hypot(1 / own_[m], 1 / other_[m].step);
+      if (both < report.limit.step)
+        report.limit = {both, fmt::format("bonds of {} and contacts with {} together, {:.4g} s and {:.4g} s alone",
+                                          s_.materials[m].name, other_[m].of, own_[m], other_[m].step)};
+    }
+  }
+
+ private:
+  struct Other {
+    double step = 0;  ///< s; 0: there is none
+    std::string of;
+  };
+  const Scenario& s_;
+  std::vector<double> own_;
+  std::vector<Other> other_;
+};
+
 }  // namespace
 
-void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question) {
+void choose_step(World& world, const Loaded& loaded, dem::StepQuestion all) {
   const Scenario& s = loaded.scenario;
   StepReport& report = world.step;
   report.impacts.clear();
-  question.speed = expected_speed(s, world);
+  all.speed = expected_speed(s, world);
   std::vector<bool> soil(s.materials.size(), false), surface(s.materials.size(), false);
   std::vector<bool> several(s.materials.size(), world.bed->spheres().empty());
   for (const dem::Sphere& sphere : world.bed->spheres()) {
@@ -167,8 +204,14 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
       const auto m = static_cast<std::size_t>(material_index(s, material_of(inlet, s.soil->bed)));
       soil[m] = several[m] = true;
     }
+  if (s.soil && s.soil->bed)
+    for (const FibreSection& f : s.soil->bed->fibres) {
+      const auto m = static_cast<std::size_t>(material_index(s, f.material));
+      soil[m] = several[m] = true;
+    }
   for (const SurfaceRecord& r : world.surfaces)
     surface[static_cast<std::size_t>(world.bed->boundary(r.boundary).material)] = true;
+  FibreLimits of_fibres(s);
   for (std::size_t a = 0; a < soil.size(); ++a)
     for (std::size_t b = 0; b < soil.size(); ++b) {
       const int law = world.laws.of(static_cast<int>(a), static_cast<int>(b));
@@ -178,6 +221,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
         throw ScenarioError(fmt::format("{}: spheres of {} can meet {}, but there is no law; add `- between: [{}, {}]`",
                                         loaded.where("contacts"), s.materials[a].name, s.materials[b].name,
                                         s.materials[a].name, s.materials[b].name));
+      const dem::StepQuestion question = question_between(s, all, static_cast<int>(a), static_cast<int>(b));
       const std::string between = s.materials[a].name + " and " + s.materials[b].name;
       const dem::Law& l = world.laws.laws[static_cast<std::size_t>(law)];
       if (l->bond() != nullptr && !soil[b])
@@ -191,11 +235,13 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
           if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, shape, question), between);
         }
         if (soil[b] && question.neighbours > 0) {
-          limit_step(report, dem::stable_step(l, question), between);
+          const dem::StableStep limit = dem::stable_step(l, question);
+          limit_step(report, limit, between), of_fibres.take(a, b, limit, false);
           report.impacts.push_back({l, question, false, between});
         }
         if (surface[b]) {
-          limit_step(report, dem::stable_step_at_surface(l, question), between);
+          const dem::StableStep limit = dem::stable_step_at_surface(l, question);
+          limit_step(report, limit, between), of_fibres.take(a, b, limit, true);
           report.impacts.push_back({l, question, true, between});
           add_yielding(world, s, l, question, static_cast<int>(b), between);
         }
@@ -203,9 +249,10 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion question)
         throw ScenarioError(fmt::format("{}: {}", loaded.where(fmt::format("contacts[{}].law", law)), error.what()));
       }
     }
+  of_fibres.limit(report);
   if (report.limit.cause.empty()) report.limit = {1e-4 / s.time.safety, "nothing touches: 0.1 ms taken"};
-  report.expected_speed = question.speed;
-  report.accurate = report.at_speed(question.speed, s.time.accuracy, s.time.safety * report.limit.step);
+  report.expected_speed = all.speed;
+  report.accurate = report.at_speed(all.speed, s.time.accuracy, s.time.safety * report.limit.step);
   report.soil_step = s.time.soil_step ? *s.time.soil_step : report.accurate.step;
   if (report.soil_step >= report.limit.step)
     throw ScenarioError(
@@ -426,6 +473,8 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     add_body_surfaces(world, loaded);
   }
   use_soil_step(world, s, world.step.soil_step);
+  if (options.place_soil && !world.fibres.empty()) world.soil.fibres = fibre_facts(world);
+  if (!options.place_soil) world.fibres = fibre_groups(s);  // a restart numbers them
   add_inlets(world, loaded);
   world.travel = travel_direction(s, world);
   return world;

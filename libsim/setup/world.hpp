@@ -12,6 +12,8 @@
 #include "libdem/step/accuracy.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/setup/bed_profile.hpp"
+#include "libsim/setup/fibre_facts.hpp"
+#include "libsim/setup/fibres.hpp"
 #include "libsim/setup/inlets.hpp"
 
 namespace subsoil::dem {
@@ -51,7 +53,7 @@ struct DrawnSurface {
 };
 
 struct SoilReport {
-  std::size_t spheres = 0, clumps = 0;
+  std::size_t spheres = 0, clumps = 0;                             ///< without fibres, as all that follows
   double mass = 0;                                                 ///< kg
   double settled_for = 0;                                          ///< s
   double rms_speed = 0;                                            ///< m/s at the end of settling
@@ -62,6 +64,10 @@ struct SoilReport {
   std::vector<DepthRow> by_depth{};                                ///< from the surface down; empty where none settled
   std::size_t carved = 0;
   std::size_t unsettled_inside = 0;  ///< removed where a tool stands, of a bed that is not settled before
+  /// Spheres of fibres have this number or a higher one, in the order of the scenario (FibreGroup).
+  std::uint32_t fibres_from = dem::kAllSpheres;
+  std::size_t displaced = 0;         ///< spheres of the bed that were left out for fibres
+  std::vector<FibreFacts> fibres{};  ///< at the start, as World::fibres
   bool stopped = false;              ///< a signal came while it was still settling
 };
 
@@ -112,6 +118,7 @@ struct World {
   std::vector<coupling::GivenMotion> motions;
   std::shared_ptr<MovingSoil> moving;  ///< null: the container stands
   std::vector<PouredSoil> inlets;
+  std::vector<FibreGroup> fibres;
   FrameParts* frame_parts = nullptr;  ///< of the bed's engine; null: this process writes all spheres of frames
   SoilReport soil;
   StepReport step;

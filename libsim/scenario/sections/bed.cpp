@@ -84,6 +84,9 @@ void describe(Fields& v, BedSection& b) {
   v.list("clumps", b.clumps,
          "random fill and lattice: how many of the grains are clumps, each in an attitude of its own by the seed");
   v.list("placed", b.placed, "fill: particles: clumps, one by one; they are numbered after the particles");
+  v.named("fibres", b.fibres,
+          "flexible fibres by name, straw or roots: rows of bonded spheres that are laid on the bed once it lies; the "
+          "bed then settles again, where it settles");
   v.quantity(
       "rough floor", b.rough_floor, "m", "(0, inf)",
       "spheres whose centres lie lower than this above the container's floor when the run begins keep their place: "

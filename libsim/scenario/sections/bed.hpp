@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libsim/scenario/sections/clumps.hpp"
+#include "libsim/scenario/sections/fibres.hpp"
 #include "libsim/scenario/sections/placement.hpp"
 #include "libsim/scenario/sections/radius.hpp"
 
@@ -70,6 +71,7 @@ struct BedSection {
   std::vector<Particle> particles;
   std::vector<ClumpShare> clumps;     // among the grains of a made bed
   std::vector<PlacedClump> placed;    // beside the particles
+  std::vector<FibreSection> fibres;   // laid on the bed when it lies
   std::optional<double> rough_floor;  // m above the floor: spheres below are fixed when the run begins
   Overlap inside_machine = Overlap::refuse;
   /// Whether it comes to rest before the run starts: as asked, or as it is poured.

@@ -162,6 +162,9 @@ struct ContactChecks : Checks {
 
   /// Spheres of a material, 2 for more: one that is alone meets none of its own.
   int count_of(const std::string& material) const {
+    if (s.soil->bed)
+      for (const FibreSection& f : s.soil->bed->fibres)
+        if (f.material == material) return 2;
     for (const InletSection& inlet : s.soil->inlets)
       if (material_of(inlet, s.soil->bed) == material) return 2;
     const BedSection& bed = *s.soil->bed;
@@ -183,6 +186,7 @@ struct ContactChecks : Checks {
       for (const Particle& p : bed->particles)
         if (!p.material.empty()) spheres.insert(p.material);
       for (const Layer& l : bed->layers) spheres.insert(l.material);
+      for (const FibreSection& f : bed->fibres) spheres.insert(f.material);
     }
     const auto meet = [&](const std::string& other, const std::string& how) {
       for (const std::string& sphere : spheres) {

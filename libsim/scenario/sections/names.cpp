@@ -18,6 +18,9 @@ struct NameChecks : Checks {
     group(s.boundaries, "boundaries", "name", &BoundarySection::name, "a boundary");
     if (s.soil && s.soil->bed)
       group(s.soil->bed->particles, "soil.bed.particles", "fixed", &Particle::fixed, "fixed spheres");
+    if (s.soil && s.soil->bed)
+      for (const FibreSection& f : s.soil->bed->fibres)
+        if (is_free("soil.bed.fibres." + f.name, f.name)) taken.emplace(f.name, "fibres");
     if (s.soil)
       for (const InletSection& inlet : s.soil->inlets)
         if (is_free("soil.inlets." + inlet.name, inlet.name)) taken.emplace(inlet.name, "an inlet");

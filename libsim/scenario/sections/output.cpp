@@ -366,6 +366,8 @@ struct OutputChecks : Checks {
         if (s.soil && s.soil->moving) all.emplace_back("window");
         if (s.soil)
           for (const InletSection& inlet : s.soil->inlets) all.push_back(inlet.name);
+        if (s.soil && s.soil->bed)
+          for (const FibreSection& f : s.soil->bed->fibres) all.push_back(f.name);
         for (const Names* more : {&joints, &drivers, &forces, &measures, &controllers})
           all.insert(all.end(), more->begin(), more->end());
         const std::string owner = watch.of.substr(0, dot);

@@ -237,6 +237,7 @@ struct SoilChecks : Checks {
     if (s.soil->container && s.soil->bed) floor(*s.soil->container, *s.soil->bed);
     if (s.soil->bed) check_bed(*this, s);
     check_inlets(*this, s);
+    check_fibres(*this, s);
     check_clumps(*this, s);
     if (s.soil->surface && !(s.soil->bed && s.soil->container)) {
       refuse("soil.surface", "needs a container and a bed, which are shifted so that the bed's surface is there");

@@ -1,0 +1,64 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libdem/packing/fibres.hpp"
+#include "libdem/packing/settle.hpp"
+#include "libdem/step/stability.hpp"
+#include "libsim/scenario/load.hpp"
+
+namespace subsoil::sim {
+
+struct World;
+
+/// Fibres of one name. Their spheres are numbered in one row, fibre by fibre from end to end.
+struct FibreGroup {
+  std::string name;
+  dem::FibreShape shape;
+  std::size_t count = 0;
+  std::uint32_t first = 0;                 ///< number of the first sphere
+  std::optional<dem::Bounds> container{};  ///< of the scenario, before bed and container are shifted to their datum
+
+  std::uint32_t end() const { return first + static_cast<std::uint32_t>(count) * per_fibre(); }
+  std::uint32_t per_fibre() const { return static_cast<std::uint32_t>(shape.spheres()); }
+  bool has(std::uint32_t id) const { return id >= first && id < end(); }
+  std::size_t fibre_of(std::uint32_t id) const { return (id - first) / per_fibre(); }
+};
+
+/// Of the scenario in its order, not numbered yet.
+std::vector<FibreGroup> fibre_groups(const Scenario& s);
+/// Whether spheres of a material are parts of fibres and nothing else. Not told of a bed from a file.
+bool is_of_fibres_only(const Scenario& s, int material);
+/// What the stable step is asked for the law between two materials: with the sizes of the spheres that it acts between.
+/// Fibres are thinner and lighter than soil by far, and most laws never meet one.
+/// @param soil for spheres that are not of fibres only
+dem::StepQuestion question_between(const Scenario& s, const dem::StepQuestion& soil, int a, int b);
+/// World::fibres from SoilReport::fibres_from on: that number alone says which sphere belongs to which fibre.
+void number_fibres(World& world);
+/// Number of the fibre that a sphere belongs to, over all groups from 0; -1: of none.
+std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id);
+
+/// Lays the fibres of a scenario on a bed that lies: each group in its region, or above what is there, over the
+/// container's plan. Spheres of the bed that fibres in a region meet are left out.
+class FibreCover final : public dem::BedCover {
+ public:
+  /// @param raise makes the walls reach up to a height, m, world y
+  FibreCover(World& world, const Loaded& loaded, std::function<void(double)> raise)
+      : world_(world), loaded_(loaded), raise_(std::move(raise)) {}
+  Laid lay(dem::Bed& bed, std::uint32_t first) override;
+  void laid(const Laid& what) override;
+
+ private:
+  std::vector<dem::FibrePose> place(const FibreSection& f, const FibreGroup& group, std::size_t index,
+                                    const std::vector<dem::PlacedFibre>& taken, double top) const;
+  std::size_t make_room(dem::Bed& bed, const dem::FibreShape& shape, const std::vector<dem::FibrePose>& poses) const;
+
+  World& world_;
+  const Loaded& loaded_;
+  std::function<void(double)> raise_;
+};
+
+}  // namespace subsoil::sim
