@@ -1,0 +1,327 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "libsim/io/state_file.hpp"
+#include "libsim/post/frames_file.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/world.hpp"
+#include "tests/tools/message_of.hpp"
+#include "tests/tools/program_runs.hpp"
+#include "tests/tools/soil_runs.hpp"
+
+/// Fibres of a scenario. Oracles: springs in series under a load across, the mass that is asked for, a count of what is
+/// buried from the frames, the balance of energy, a run and a settling that were not interrupted.
+namespace subsoil::sim::fibres {
+namespace {
+
+using namespace test;
+
+// ---- a root that stands in a fixed floor ---------------------------------------------------------------------------
+
+/// The lowest sphere of a vertical fibre of 20 is fixed, and so is the only sphere of the bed; gravity acts across.
+constexpr const char* kRoot = R"(subsoil: 1
+title: a root in a rough floor
+gravity: 1 0 0 m/s^2
+materials:
+  soil: {density: 2000 kg/m^3}
+  root: {density: 150 kg/m^3}
+contacts:
+  - &soft {between: [soil, soil], law: linear, k_n: 1 kN/m, restitution: 0.5, mu: 0.3}
+  - {<<: *soft, between: [soil, root]}
+  - {<<: *soft, between: [root, root], bond: fibre, bond modulus: 10 MPa, bond tensile strength: 1 GPa, bond shear strength: 1 GPa}
+soil:
+  container: {size: 200 200 40 mm, at: 0 0 0 mm, material: soil}
+  bed:
+    fill: lattice
+    material: soil
+    radius: 5 mm
+    region: {at: 180 0 10 mm, size: 10.2 10.2 10.2 mm}
+    rough floor: 5.5 mm
+    fibres: {root: {material: root, length: 80 mm, diameter: 4 mm, count: 1, orientation: y, region: {at: 47.999 0 17.999 mm, size: 4.002 80.001 4.002 mm}}}
+time: {end: 0.4 s}
+output: {precision: double, every: 0.5 ms, series every: 1 ms}
+)";
+
+/// Released from its straight shape it swings about its deflection at rest. From the start to the last return of the
+/// tip these are whole periods of the first mode, over which it means to the deflection at rest; what higher modes
+/// leave is below 1e-4 (the second has 1.6 % of the amplitude and a sixth of the period). The last return is found
+/// within half a frame, 0.25 ms of 0.4 s, at the place of least deflection.
+TEST(FibresOfAScenario, ARootDeflectsLikeACantilever) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(kRoot), dir / "out"), exit_ok);
+  const FramesFile frames(dir / "out" / "run.h5");
+  ASSERT_EQ(frames.fibre(), [] {
+    std::vector<std::int32_t> expected(21, 0);
+    expected[0] = -1;
+    return expected;
+  }());
+  std::vector<double> tip;
+  for (std::size_t f = 0; f < frames.times().size(); ++f) tip.push_back(frame_positions(dir / "out", f).back().x);
+  std::size_t last = 0, returns = 0;
+  for (std::size_t f = 1; f + 1 < tip.size(); ++f)
+    if (tip[f] < tip[f - 1] && tip[f] <= tip[f + 1]) last = f, ++returns;
+  ASSERT_GE(returns, 8U);
+  double mean = 0;
+  for (std::size_t f = 0; f < last; ++f) mean += 0.5 * (tip[f] + tip[f + 1]) / static_cast<double>(last);
+
+  const int n = 19;  // bonds and free spheres
+  const double d = 4e-3, modulus = 10e6, ratio = 2.5, area = M_PI * d * d / 4, inertia = M_PI * d * d * d * d / 64;
+  const double weight = 150 * area * d * 1.0;  // of a sphere, N
+  double deflection = 0;
+  for (int k = 1; k <= n; ++k) {
+    double force = 0, moment = 0;
+    for (int j = k; j <= n; ++j) force += weight, moment += weight * (j - k + 0.5) * d;
+    deflection += moment * d / (modulus * inertia) * (n - k + 0.5) * d + force * d * ratio / (modulus * area);
+  }
+  EXPECT_NEAR(mean - tip[0], deflection, 5e-3 * deflection);
+  // Euler: 3.516 sqrt(E I/(w L^4)); a row of bonds is stiffer by 1/(4 n^2) and softer by shear, both below 1 %.
+  const double length = n * d, omega = 3.516 * std::sqrt(modulus * inertia / (150 * area * std::pow(length, 4)));
+  EXPECT_NEAR(2 * M_PI * static_cast<double>(returns) / frames.times()[last], omega, 0.02 * omega);
+  const nlohmann::json summary = summary_of(dir / "out"), root = summary["fibres"]["root"];
+  EXPECT_EQ(root["at the end"]["intact bonds"], 19);
+  EXPECT_NEAR(root["at the start"]["angle to the horizontal [rad]"], M_PI / 2, 1e-6);
+  EXPECT_NEAR(root["at the start"]["nematic order"], 1, 1e-9);
+  EXPECT_LT(std::abs(summary["energy"]["bed closure [J]"].get<double>()), 1e-3 * weight * n * deflection);
+}
+
+// ---- straw on a bed under a blade ----------------------------------------------------------------------------------
+
+constexpr double kMassPerArea = 0.4, kLength = 48e-3, kDiameter = 6e-3, kStraw = 150, kSoilRadius = 8e-3;
+
+/// The law of the soil, with itself and with straw, is put in place of LAW.
+constexpr const char* kPass = R"(subsoil: 1
+title: a blade through straw
+gravity: 9.81 m/s^2
+materials:
+  soil: {density: 2500 kg/m^3}
+  straw: {density: 150 kg/m^3}
+  steel: {density: 7850 kg/m^3}
+contacts:
+  - &law {between: [soil, soil], LAW}
+  - {<<: *law, between: [soil, steel]}
+  - {<<: *law, between: [soil, straw]}
+  - &straw {between: [straw, steel], law: linear, k_n: 1 kN/m, restitution: 0.3, mu: 0.3, mu_r: 0.05}
+  - <<: *straw
+    between: [straw, straw]
+    bond: fibre
+    bond modulus: 2 MPa
+    bond tensile strength: 200 kPa
+    bond shear strength: 200 kPa
+    bond yield stress: 60 kPa
+    bond damping: 0.05
+soil:
+  container: {size: 240 120 120 mm, at: 0 0 0 mm, material: steel}
+  surface: 0 mm
+  bed:
+    fill: random
+    material: soil
+    radius: 8 mm
+    depth: 50 mm
+    settle: {until: 20 mm/s}
+    fibres: {straw: {material: straw, length: 50 mm, diameter: 6 mm, mass per area: 0.4 kg/m^2, orientation: horizontal}}
+boundaries:
+  - {name: blade, shape: {box: 10 120 60 mm}, at: 40 95 60 mm, material: steel, moves: [{velocity: 0 -1 0 m/s, until: 60 ms}, {velocity: 1 0 0 m/s, from: 60 ms}]}
+time: {end: 0.2 s}
+output: {precision: double, every: 20 ms, series every: 5 ms}
+)";
+
+std::string pass(const std::string& law) {
+  std::string text = kPass;
+  return text.replace(text.find("LAW"), 3, law);
+}
+constexpr const char* kLinear = "law: linear, k_n: 10 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.1";
+
+/// Mass of straw below the surface, of a frame: the highest top of the other spheres in each square of four mean radii.
+/// Written without the program's own code for surfaces.
+struct Burial {
+  double buried = 0, mass = 0;
+  std::vector<double> depths;  ///< of the spheres that are buried, m
+};
+Burial buried_in(const std::filesystem::path& out, std::size_t frame) {
+  const FramesFile frames(out / "run.h5");
+  const std::vector<Vec3> x = frame_positions(out, frame);
+  const std::vector<std::int32_t>& fibre = frames.fibre();
+  const double side = 4 * kSoilRadius;
+  const int nx = static_cast<int>(0.24 / side), nz = static_cast<int>(0.12 / side);
+  const auto square = [&](const Vec3& p) {
+    return std::pair{std::clamp(static_cast<int>(p.x / 0.24 * nx), 0, nx - 1),
+                     std::clamp(static_cast<int>(p.z / 0.12 * nz), 0, nz - 1)};
+  };
+  std::map<std::pair<int, int>, double> top;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (fibre[i] < 0) {
+      const auto [at, fresh] = top.emplace(square(x[i]), x[i].y + kSoilRadius);
+      if (!fresh) at->second = std::max(at->second, x[i].y + kSoilRadius);
+    }
+  Burial b;
+  const double sphere = kStraw * M_PI / 4 * kDiameter * kDiameter * kDiameter;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (fibre[i] < 0) continue;
+    b.mass += sphere;
+    const auto at = top.find(square(x[i]));
+    if (at == top.end() || x[i].y >= at->second) continue;
+    b.buried += sphere, b.depths.push_back(at->second - x[i].y);
+  }
+  return b;
+}
+
+class StrawUnderABlade : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+
+TEST_P(StrawUnderABlade, EnergyClosesAndItsMassIsCounted) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(pass(GetParam().second)), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), straw = summary["fibres"]["straw"];
+  const double one = kStraw * M_PI / 4 * kDiameter * kDiameter * kLength;
+  EXPECT_NEAR(straw["mass of a fibre [kg]"], one, 1e-12);
+  EXPECT_NEAR(straw["at the start"]["mass [kg]"], kMassPerArea * 0.24 * 0.12, 0.5 * one) << "mass per area";
+  EXPECT_EQ(straw["at the end"]["mass [kg]"], straw["at the start"]["mass [kg]"]);
+
+  const nlohmann::json energy = summary["energy"];
+  EXPECT_LT(std::abs(energy["closure over work put in"].get<double>()), 1e-2);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_EQ(series.at("soil.broken").size(), series.rows());
+
+  const std::size_t last = frame_times(dir / "out").size() - 1;
+  for (const auto& [when, frame] : std::map<const char*, std::size_t>{{"at the start", 0}, {"at the end", last}}) {
+    const Burial counted = buried_in(dir / "out", frame);
+    EXPECT_NEAR(straw[when]["mass [kg]"], counted.mass, 1e-9);
+    EXPECT_NEAR(straw[when]["buried [kg]"], counted.buried, 1e-9) << when;
+    EXPECT_NEAR(straw[when]["on the surface [kg]"], counted.mass - counted.buried, 1e-9);
+    double in_bands = 0, band = straw[when]["by depth"][0]["to [m]"].is_null()
+                                    ? 1
+                                    : straw[when]["by depth"][0]["to [m]"].get<double>();
+    for (const auto& row : straw[when]["by depth"]) in_bands += row["mass [kg]"].get<double>();
+    EXPECT_NEAR(in_bands, counted.buried, 1e-9);
+    const auto shallow =
+        std::count_if(counted.depths.begin(), counted.depths.end(), [&](double d) { return d < band; });
+    EXPECT_NEAR(straw[when]["by depth"][0]["mass [kg]"], static_cast<double>(shallow) * one * kDiameter / kLength,
+                1e-9);
+  }
+  EXPECT_NEAR(series.at("straw.buried").back(), straw["at the end"]["buried share"].get<double>(), 1e-6);
+  EXPECT_EQ(series.at("straw.broken bonds").back(), straw["at the end"]["broken bonds"].get<double>());
+  EXPECT_LT(straw["at the start"]["angle to the horizontal [rad]"], 0.4) << "laid flat";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Laws, StrawUnderABlade,
+    testing::Values(
+        std::pair{"Linear", kLinear},
+        std::pair{"Hertz", "law: hertz-mindlin, E_eff: 0.5 MPa, G_eff: 0.2 MPa, restitution: 0.4, mu: 0.5, mu_r: 0.1"},
+        std::pair{"Wet",
+                  "law: wet, K_X: 10 kN/m, C_X: 3 N s/m, K_Y: 8 kN/m, C_Y: 3 N s/m, K_B: 1 kN/m, dc: 1 mm, "
+                  "dB: 1 mm, mu: 0.5, mu_r: 0.1"},
+        std::pair{"Cohesive",
+                  "law: linear, k_n: 10 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.1, cohesion: dmt, "
+                  "work of adhesion: 5 J/m^2"}),
+    [](const auto& info) { return info.param.first; });
+
+/// In soil of rigid clumps, too.
+TEST(FibresOfAScenario, LieOnClumps) {
+  std::string text = pass(kLinear);
+  const std::string bed = "    fill: random\n    material: soil\n    radius: 8 mm\n";
+  text.replace(text.find(bed), bed.size(), bed + "    clumps: [{shape: clod, share: 0.5}]\n");
+  text.replace(text.find("  surface: 0 mm\n"), 16,
+               "  clumps: {clod: {spheres: [{at: 0 0 0 mm, radius: 7 mm}, {at: 8 0 0 mm, radius: 7 mm}]}}\n");
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 1e-2);
+  EXPECT_GT(summary["soil"]["clumps"].get<int>(), 10);
+  EXPECT_GT(summary["fibres"]["straw"]["at the end"]["mass [kg]"].get<double>(), 0.01);
+}
+
+/// Bits of the whole state: positions and velocities, histories and bonds, and which sphere belongs to which fibre.
+TEST(FibresOfAScenario, ARestartEndsWithTheSameBits) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(pass(kLinear));
+  ASSERT_EQ(run_scenario(file, dir / "whole", {"output.state every=90 ms"}), exit_ok);
+  std::filesystem::path state;
+  for (const auto& entry : std::filesystem::directory_iterator(dir / "whole"))
+    if (entry.path().filename().string().rfind("state-0.09", 0) == 0) state = entry.path();
+  ASSERT_FALSE(state.empty());
+  ASSERT_EQ(run_scenario(file, dir / "again", {}, state), exit_ok);
+  const std::size_t a = frame_times(dir / "whole").size() - 1, b = frame_times(dir / "again").size() - 1;
+  const std::vector<Vec3> x = frame_positions(dir / "whole", a), y = frame_positions(dir / "again", b);
+  ASSERT_EQ(x.size(), y.size());
+  for (std::size_t i = 0; i < x.size(); ++i) ASSERT_EQ(x[i], y[i]) << i;
+  EXPECT_EQ(summary_of(dir / "whole")["fibres"], summary_of(dir / "again")["fibres"]);
+  EXPECT_EQ(FramesFile(dir / "whole" / "run.h5").fibre(), FramesFile(dir / "again" / "run.h5").fibre());
+}
+
+/// A settling that continues from a state under the fibres, or before they are laid, ends with the same bits.
+TEST(FibresOfAScenario, ASettlingThatContinuesEndsWithTheSameBits) {
+  const Loaded loaded = load_scenario_text(pass(kLinear));
+  std::vector<dem::SettleState> kept;
+  BuildOptions options;
+  options.threads = 1;
+  long asked = 0;
+  options.keep_settling_due = [&] { return ++asked % 300 == 0; };
+  options.keep_settling = [&](const dem::SettleState& state, const dem::Bed&) { kept.push_back(state); };
+  const World whole = build_world(loaded, options);
+  ASSERT_GT(kept.size(), 3U);
+  ASSERT_GT(kept.back().bed.bonds.size(), 0U) << "the last one has fibres";
+  ASSERT_EQ(kept.front().bed.bonds.size(), 0U) << "the first one has none";
+  for (const dem::SettleState* from : {&kept.front(), &kept.back()}) {
+    BuildOptions again;
+    again.threads = 1, again.settling = from;
+    const World other = build_world(loaded, again);
+    const dem::Bed::State a = whole.bed->save(), b = other.bed->save();
+    ASSERT_EQ(a.spheres.size(), b.spheres.size());
+    for (std::size_t i = 0; i < a.spheres.size(); ++i) {
+      ASSERT_EQ(a.spheres[i].id, b.spheres[i].id);
+      ASSERT_EQ(a.spheres[i].x, b.spheres[i].x);
+      ASSERT_EQ(a.spheres[i].v, b.spheres[i].v);
+    }
+    EXPECT_EQ(a.bonds.size(), b.bonds.size());
+    EXPECT_EQ(other.soil.fibres_from, whole.soil.fibres_from);
+    EXPECT_EQ(other.fibres.front().first, whole.fibres.front().first);
+    EXPECT_EQ(other.soil.fibres.front().buried, whole.soil.fibres.front().buried);
+  }
+}
+
+/// In a region in the bed they take the place of soil: none of it lies in a fibre.
+TEST(FibresOfAScenario, RootsTakeThePlaceOfSoil) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(pass(kLinear));
+  const std::vector<std::string> sets{"soil.bed.fibres.straw.region={at: 60 5 10 mm, size: 120 40 100 mm}",
+                                      "time.end=1 ms", "soil.bed.settle.until=50 mm/s",
+                                      "soil.bed.fibres.straw.mass per area=0.2 kg/m^2"};
+  ASSERT_EQ(run_scenario(file, dir / "out", sets), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_GT(summary["soil"]["left out for fibres"].get<int>(), 5);
+  EXPECT_GT(summary["fibres"]["straw"]["at the start"]["buried share"].get<double>(), 0.5);
+  EXPECT_LT(summary["run"]["largest overlap [share of a radius]"].get<double>(), 0.1);
+  const double plan = 0.12 * 0.1;
+  EXPECT_NEAR(summary["fibres"]["straw"]["at the start"]["mass [kg]"].get<double>(), 0.2 * plan,
+              0.5 * kStraw * M_PI / 4 * kDiameter * kDiameter * kLength);
+}
+
+TEST(FibresOfAScenario, RefusesWhatCannotBe) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(pass(kLinear));
+  const auto refusal = [&](const std::vector<std::string>& sets) {
+    return subsoil::test::message_of([&] { run_scenario(file, dir / "out", sets); });
+  };
+  const auto holds = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  const std::string straw = "soil.bed.fibres.straw.";
+  EXPECT_PRED2(holds, refusal({straw + "length=6 mm"}), "a fibre is two diameters long at least");
+  EXPECT_PRED2(holds, refusal({straw + "count=10"}), "has `count` and `mass per area`; keep one of them");
+  EXPECT_PRED2(holds, refusal({straw + "mass per area=1e-5 kg/m^2"}), "is less than half a fibre");
+  EXPECT_PRED2(holds, refusal({straw + "scatter=0.1"}), "give `orientation: x`");
+  EXPECT_PRED2(holds, refusal({straw + "material=soil"}), "has no `bond: fibre` in its contact with itself");
+  EXPECT_PRED2(holds, refusal({straw + "material=hay"}), "hay");
+  EXPECT_PRED2(holds, refusal({straw + "length=400 mm"}), "find no room");
+  EXPECT_PRED2(holds,
+               refusal({straw + "region={at: 60 5 10 mm, size: 60 40 60 mm}", straw + "mass per area=50 kg/m^2"}),
+               "fewer or shorter ones, or more room");
+  EXPECT_PRED2(holds, refusal({"gravity=0 0 -9.81 m/s^2", "soil.bed.depth=~", "soil.surface=~", "soil.bed.count=50"}),
+               "there is no surface to lay fibres on");
+  EXPECT_PRED2(holds, refusal({"soil.active={within: 0.1 m}"}), "stands beside `soil.bed.fibres`");
+  EXPECT_PRED2(holds, refusal({"soil.moving={follows: blade, block: 120 mm}"}), "stands beside `soil.bed.fibres`");
+  EXPECT_PRED2(holds, refusal({"soil.bed.save=bed.h5"}), "whose bonds the file of a bed does not keep");
+  EXPECT_PRED2(holds, refusal({"soil.bed.fibres=~"}), "joins the spheres of a fibre");
+}
+
+}  // namespace
+}  // namespace subsoil::sim::fibres
