@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -29,8 +30,10 @@ using Points = std::vector<Vec3>;
 constexpr double smooth_bend = 0.86602540378443865;  // cos 30 deg between the normals of a fan's neighbours
 /// Of singular values: two faces that meet at less than 5 deg tell nothing of where their edge moves.
 constexpr double same_plane = 0.04;
-constexpr double step_share = 0.1;     // of a triangle's height
-constexpr double least_height = 0.05;  // of that at the start
+constexpr double step_share = 0.1;      // of a triangle's height
+constexpr double least_height = 0.05;   // of that at the start
+constexpr double relaxed_height = 0.6;  // likewise: below it vertices are pulled along the surface
+constexpr int most_sweeps = 20;         // of that in a step
 constexpr int most_steps = 2000;
 
 /// Triangles around each vertex, parted by sharp edges.
@@ -159,8 +162,8 @@ Vec3 motion_of(const std::vector<std::uint32_t>& fans, const Points& normal, con
   return {u[0], u[1], u[2]};
 }
 
-Points motions_of(const Points& p, const std::vector<Triangle>& triangles, const Fans& fans,
-                  const std::vector<double>& depth) {
+/// N of each fan.
+Points normals_of(const Points& p, const std::vector<Triangle>& triangles, const Fans& fans) {
   Points normal(fans.count);
   std::vector<double> area(fans.count);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -168,6 +171,12 @@ Points motions_of(const Points& p, const std::vector<Triangle>& triangles, const
     for (const std::uint32_t fan : fans.at[t]) normal[fan] += one, area[fan] += norm(one);
   }
   for (std::size_t f = 0; f < normal.size(); ++f) normal[f] *= 1 / area[f];
+  return normal;
+}
+
+Points motions_of(const Points& p, const std::vector<Triangle>& triangles, const Fans& fans,
+                  const std::vector<double>& depth) {
+  const Points normal = normals_of(p, triangles, fans);
   Points out;
   for (const std::vector<std::uint32_t>& of : fans.of) out.push_back(motion_of(of, normal, depth));
   return out;
@@ -188,6 +197,7 @@ struct Loss {
     }
     a = static_cast<double>(sums[0]), b = static_cast<double>(sums[1]), c = static_cast<double>(sums[2]);
   }
+  double at(double s) const { return s * (a + s * (b / 2 + s * c / 3)); }
   /// The smallest s that loses the volume, by Newton's method from the linear one; none where there is no such place.
   std::optional<double> factor(double volume) const {
     if (!(a > 0)) return {};
@@ -195,7 +205,7 @@ struct Loss {
     for (int k = 0; k < 50; ++k) {
       const double rate = a + s * (b + s * c);
       if (!(rate > 0.1 * a)) return {};
-      const double change = (volume - s * (a + s * (b / 2 + s * c / 3))) / rate;
+      const double change = (volume - at(s)) / rate;
       s += change;
       if (std::abs(change) <= 1e-16 * std::abs(s)) break;
     }
@@ -221,25 +231,45 @@ void refuse_bad_input(const TriangleMesh& mesh, std::span<const double> volumes)
       throw std::invalid_argument(fmt::format("triangle {} has lost {} m^3: must be 0 or above", t + 1, volumes[t]));
 }
 
+/// Vertices that share an edge with each, and those of them across which it has two fans: along a sharp edge.
+struct Neighbours {
+  std::vector<std::vector<std::uint32_t>> all, along;
+  Neighbours(const std::vector<Triangle>& triangles, const Fans& fans) : all(fans.of.size()), along(fans.of.size()) {
+    const dem::MeshEdges edges(triangles);
+    const auto fan = [&](const dem::EdgeUse& use, std::uint32_t vertex) {
+      const Triangle& t = triangles[use.triangle];
+      return fans.at[use.triangle][static_cast<std::size_t>(std::find(t.begin(), t.end(), vertex) - t.begin())];
+    };
+    for (const dem::MeshEdge& edge : edges.edges) {
+      const dem::EdgeUse &first = edges.uses[edge.begin], &last = edges.uses[edge.end - 1];
+      for (const auto& [from, to] : {std::pair{edge.low, edge.high}, std::pair{edge.high, edge.low}}) {
+        all[from].push_back(to);
+        if (fan(first, from) != fan(last, from)) along[from].push_back(to);
+      }
+    }
+  }
+};
+
 /// Of a mesh on its way.
 class Receding {
  public:
   Receding(const TriangleMesh& mesh, const Fans& fans, const std::vector<double>& depth)
-      : triangles_(mesh.triangles()), fans_(fans), depth_(depth), p_(mesh.vertices()) {
+      : triangles_(mesh.triangles()), fans_(fans), depth_(depth), beside_(triangles_, fans), p_(mesh.vertices()) {
     for (const Triangle& t : triangles_) first_.push_back(height(p_, t));
   }
   const Points& vertices() const { return p_; }
 
   /// Loses up to `most`; returns how much. `factor` grows by the share of the depths.
   double step(double most, double& factor) {
+    const double slid = relax();
     const Points u = motions_of(p_, triangles_, fans_, depth_);
     const Loss loss(p_, triangles_, u);
     std::vector<double> heights;
     for (const Triangle& t : triangles_) heights.push_back(height(p_, t));
     std::size_t tight = 0;
     for (double part = most; part > 1e-9 * most; part /= 2) {
-      const std::optional<double> s = loss.factor(part);
-      if (!s || !fits(u, *s, heights, tight)) continue;
+      const std::optional<double> s = loss.factor(part - slid);
+      if (!s || *s < 0 || !fits(u, *s, heights, tight)) continue;
       for (std::size_t v = 0; v < p_.size(); ++v) p_[v] += *s * u[v];
       factor += *s;
       refuse_shrunk();
@@ -256,6 +286,49 @@ class Receding {
   }
 
  private:
+  /// Pulls the vertices of triangles that have shrunk to the mean of their neighbours, along the surface and along
+  /// sharp edges: an edge that recedes would else use up the triangles at it. Returns the volume lost, which is none on
+  /// flat faces.
+  double relax() {
+    const Points before = p_;
+    for (int k = 0; k < most_sweeps && sweep(); ++k) {
+    }
+    Points way = p_;
+    for (std::size_t v = 0; v < way.size(); ++v) way[v] -= before[v];
+    return Loss(before, triangles_, way).at(1);
+  }
+  /// False where nothing has shrunk.
+  bool sweep() {
+    std::vector<double> room(p_.size(), std::numeric_limits<double>::infinity());
+    std::vector<char> shrunk(p_.size());
+    bool any = false;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const double now = height(p_, triangles_[t]);
+      for (const std::uint32_t v : triangles_[t]) {
+        room[v] = std::min(room[v], step_share / 2 * now);
+        if (now < relaxed_height * first_[t]) shrunk[v] = any = true;
+      }
+    }
+    if (!any) return false;
+    const Points normal = normals_of(p_, triangles_, fans_), p = p_;
+    for (std::size_t v = 0; v < p_.size(); ++v) {
+      if (shrunk[v] == 0 || fans_.of[v].size() > 2) continue;
+      const bool edge = fans_.of[v].size() == 2;
+      const std::vector<std::uint32_t>& beside = edge ? beside_.along[v] : beside_.all[v];
+      if (edge && beside.size() != 2) continue;
+      Vec3 way = -p[v];
+      for (const std::uint32_t b : beside) way += (1.0 / static_cast<double>(beside.size())) * p[b];
+      const Vec3& n = normal[fans_.of[v][0]];
+      const Vec3 axis = edge ? cross(n, normal[fans_.of[v][1]]) : n;
+      const double square = dot(axis, axis);
+      if (!(square > 0)) continue;
+      const Vec3 part = (dot(way, axis) / square) * axis;
+      way = edge ? part : way - part;
+      const double length = norm(way);
+      if (length > 0) p_[v] += std::min(0.5, room[v] / length) * way;
+    }
+    return true;
+  }
   bool fits(const Points& u, double s, const std::vector<double>& heights, std::size_t& tight) const {
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       const Vec3 &a = u[triangles_[t][0]], &b = u[triangles_[t][1]], &c = u[triangles_[t][2]];
@@ -275,6 +348,7 @@ class Receding {
   const std::vector<Triangle>& triangles_;
   const Fans& fans_;
   const std::vector<double>& depth_;
+  Neighbours beside_;
   Points p_;
   std::vector<double> first_;  ///< heights at the start
 };
@@ -290,21 +364,26 @@ bool passes(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, const Ve
   return u >= 0 && v >= 0 && u + v <= 1 && t > 1e-6 && t < 1 - 1e-6;
 }
 
-/// The path of a vertex lies in what was removed, outside the new surface; one that passes through it has come out at
-/// the other side.
-void refuse_pierced(const Points& before, const TriangleMesh& after) {
+/// What lies above a vertex, along its normal up to where it was, was removed: where the new surface passes through it,
+/// the vertex has come out at the other side.
+void refuse_pierced(const Points& before, const TriangleMesh& after, const Fans& fans) {
   const dem::MeshSurface surface(after);
+  const Points normal = normals_of(after.vertices(), after.triangles(), fans);
   std::vector<std::uint32_t> near;
   for (std::uint32_t v = 0; v < before.size(); ++v) {
-    const Vec3 &a = before[v], &b = after.vertices()[v];
-    if (a == b) continue;
+    const Vec3& b = after.vertices()[v];
+    Vec3 n;
+    for (const std::uint32_t f : fans.of[v]) n += normal[f];
+    const double up = dot(before[v] - b, n) / dot(n, n), way = norm(before[v] - b);
+    if (!(up * norm(n) > 1e-9 * way)) continue;  // it has only slid along the surface
+    const Vec3 a = b + up * n;
     near.clear();
     surface.candidates(0.5 * (a + b), 0.5 * norm(b - a), near);
     for (const std::uint32_t t : near) {
       const Triangle& corners = after.triangles()[t];
       if (std::find(corners.begin(), corners.end(), v) != corners.end()) continue;
       if (passes(a, b, after.corner(t, 0), after.corner(t, 1), after.corner(t, 2)))
-        refuse_at(fmt::format("the wear, {:.3g} m deep, comes through the opposite side", norm(b - a)), a);
+        refuse_at(fmt::format("the wear, {:.3g} m deep, comes through the opposite side", norm(b - a)), before[v]);
     }
   }
 }
@@ -329,7 +408,7 @@ Recession recede(const TriangleMesh& mesh, std::span<const double> volumes, doub
     if (++out.steps == most_steps) receding.refuse_slow();
   }
   out.mesh = TriangleMesh(receding.vertices(), mesh.triangles());
-  refuse_pierced(mesh.vertices(), out.mesh);
+  refuse_pierced(mesh.vertices(), out.mesh, fans);
   return out;
 }
 

@@ -24,8 +24,9 @@ struct Recession {
 /// of the cubic that the volume of a closed mesh is in it, removes it, so that the sum is met to rounding.
 ///
 /// Fans are those of the mesh as given. N follows the mesh in steps; in each of them the vertices of a triangle move
-/// against each other by a tenth of its height at most, so that none turns over. Of the same method: Jiao, J. Comput.
-/// Phys. 220 (2007) 612.
+/// against each other by a tenth of its height at most, so that none turns over. Vertices of triangles that have shrunk
+/// to 0.6 of their height slide to the mean of their neighbours along the surface or the edge, so that an edge recedes
+/// through the triangles behind it; d goes with the vertex. Of the same method: Jiao, J. Comput. Phys. 220 (2007) 612.
 ///
 /// @param spread m, the standard deviation along the surface over which depths spread before (diffusion with linear
 /// elements, cotangent weights, bounded to nonnegative: conserves the volume, makes no new extremes). Not across sharp

@@ -184,6 +184,34 @@ TEST(Recession, AnEdgeBlunts) {
   }
 }
 
+/// The same through rows of triangles of 10 mm behind the land: 25 mm of them are used up, the others make room. All
+/// vertices of the flanks stay in their planes.
+TEST(Recession, AnEdgeRecedesThroughItsTriangles) {
+  constexpr double length = 0.1, width = 0.06, b = 8e-3, slope = 0.2, x = 25e-3;
+  const TriangleMesh box = grid_box({length, 1, width}, 10);
+  const auto half = [&](double at) { return b / 2 + slope * at; };
+  std::vector<Vec3> vertices = box.vertices();
+  for (Vec3& p : vertices) p.x += length / 2, p.y *= 2 * half(p.x);
+  const TriangleMesh tool(vertices, box.triangles());
+  const double lost_all = width * x * (half(0) + half(x)), d = lost_all / (b * width);
+  const std::vector<double> lost = worn(tool, [&](const Vec3& n, const Vec3&) { return n.x < -0.99 ? d : 0; });
+  const Recession r = recede(tool, lost);
+  expect_same_sense(tool, r.mesh);
+  EXPECT_NEAR(closure(tool, r.mesh, lost_all), 0, 1e-12);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Vec3 &from = vertices[v], &to = r.mesh.vertices()[v];
+    if (from.x < 1e-12) {
+      EXPECT_NEAR(to.x, x, 1e-13);
+    }
+    if (std::abs(std::abs(from.y) - half(from.x)) < 1e-12) {
+      EXPECT_NEAR(std::abs(to.y), half(to.x), 1e-13);
+    }
+    if (std::abs(std::abs(from.z) - width / 2) < 1e-12) {
+      EXPECT_NEAR(to.z, from.z, 1e-15);
+    }
+  }
+}
+
 /// Uneven wear on an uneven mesh: the sum is met whatever its distribution.
 TEST(Recession, TheVolumeClosesForAnyDistribution) {
   std::mt19937 random(7);
