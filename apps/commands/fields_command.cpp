@@ -3,28 +3,17 @@
 #include <fmt/format.h>
 
 #include "apps/commands/command_pages.hpp"
-#include "libsim/document/quantity.hpp"
+#include "apps/commands/quantity_option.hpp"
 #include "libsim/post/fields.hpp"
 #include "libsim/run/runner.hpp"
 
 namespace subsoil::sim {
 namespace {
 
-/// Values of flags with their unit; a fault names the flag.
-double length_of(const char* flag, const std::string& text, const char* unit, bool positive) {
-  try {
-    const double value = parse_quantity(text, unit);
-    if (positive && !(value > 0)) throw std::invalid_argument("must be above 0");
-    return value;
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(fmt::format("{} {}: {}", flag, text, error.what()));
-  }
-}
-
 FieldSection section_of(const std::string& text) {
   if (text.size() < 3 || text[0] < 'x' || text[0] > 'z' || text[1] != '=')
     throw std::invalid_argument(fmt::format("--section {}: is no plane across an axis; write it as z=0mm", text));
-  return {text[0] - 'x', length_of("--section", text.substr(2), "m", false)};
+  return {text[0] - 'x', quantity_option("--section", text.substr(2), "m", false)};
 }
 
 }  // namespace
@@ -59,10 +48,10 @@ int fields_command(const FieldsWords& words) {
   FieldsRequest request;
   request.run = words.run, request.out = words.out, request.all = words.all;
   request.kernel = words.kernel == "lucy" ? FieldKernel::Kind::lucy : FieldKernel::Kind::gaussian;
-  if (!words.width.empty()) request.width = length_of("--width", words.width, "m", true);
-  if (!words.spacing.empty()) request.spacing = length_of("--spacing", words.spacing, "m", true);
+  if (!words.width.empty()) request.width = quantity_option("--width", words.width, "m", true);
+  if (!words.spacing.empty()) request.spacing = quantity_option("--spacing", words.spacing, "m", true);
   if (!words.section.empty()) request.section = section_of(words.section);
-  for (const std::string& t : words.times) request.times.push_back(length_of("--times", t, "s", false));
+  for (const std::string& t : words.times) request.times.push_back(quantity_option("--times", t, "s", false));
   const FieldsReport report = write_fields(request);
   const Vec3& apart = report.grid.spacing;
   const std::string spacing = apart.x == apart.y && apart.y == apart.z

@@ -16,6 +16,7 @@
 #include "apps/commands/templates.hpp"
 #include "apps/commands/version_text.hpp"
 #include "apps/commands/view_command.hpp"
+#include "apps/commands/wear_command.hpp"
 #include "libsim/document/library.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/plot/furrow_picture.hpp"
@@ -332,6 +333,8 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
   CLI::App* fields_word = add_fields(app, fields_words);
   ExportWords export_words;
   CLI::App* export_word = add_export(app, export_words);
+  WearWords wear_words;
+  CLI::App* wear_word = add_wear(app, wear_words);
   FmuWords fmu_words;
   CLI::App* fmu_word = add_fmu(app, fmu_words);
   SweepRequest sweep_request;
@@ -363,6 +366,7 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
     if (report_word->parsed()) return report_command(report_words);
     if (fields_word->parsed()) return fields_command(fields_words);
     if (export_word->parsed()) return export_command(export_words);
+    if (wear_word->parsed()) return wear_command(wear_words);
     if (fmu_word->parsed()) return fmu_command(fmu_words);
     if (sweep_word->parsed()) return sweep_command(sweep_request);
     if (optimise_word->parsed()) return optimise_command(optimise_request);
