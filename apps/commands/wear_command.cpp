@@ -71,7 +71,7 @@ CLI::App* add_wear(CLI::App& app, WearWords& words) {
   word->add_option("--spread", words.spread,
                    "standard deviation along the surface over which depths spread, such as \"10 mm\"; default: none");
   word->add_option("--width", words.width, "of the strip that the run works; default: of the tool in the soil");
-  word->add_option("--length", words.length, "of this strip; default: the way of the tool's tip");
+  word->add_option("--length", words.length, "of this strip; default: the travel of the tool");
   word->add_option("--law", words.law, "of surfaces with constants of both")
       ->check(CLI::IsMember({"archard", "finnie"}));
   word->add_option("--out", words.out, "folder; default: RUN/wear");

@@ -160,10 +160,7 @@ class Wearing {
     study_.keep = Keep::all;
     for (const double at : r_.hectares.empty() ? r_.passes : r_.hectares)
       study_.points.push_back({{fmt::format("{:g}", at)}, {at}, {}});
-    for (const SweepNumber& n : study_.numbers) {
-      const std::string unit = unit_of(base_, n);
-      result_.numbers.push_back(unit.empty() || unit == "1" ? n.name : fmt::format("{} [{}]", n.name, unit));
-    }
+    for (const SweepNumber& n : study_.numbers) result_.numbers.push_back(with_unit(n.name, unit_of(base_, n)));
   }
 
   /// False: a signal came.
@@ -180,7 +177,10 @@ class Wearing {
     std::string text =
         "hectares,passes,surface,volume [m3],mass [kg],maximum depth [m],mean depth [m],worn area [m2],farthest vertex "
         "[m]";
-    for (const std::string& n : result_.numbers) text += fmt::format(",{0},{0} half width", n);
+    for (const SweepNumber& n : study_.numbers) {
+      const std::string unit = unit_of(base_, n);
+      text += ',' + csv::quoted(with_unit(n.name, unit)) + ',' + csv::quoted(with_unit(n.name + " half width", unit));
+    }
     const auto add = [&](double v) {
       if (std::isfinite(v)) csv::append_number(text, v, csv::exact_digits);
       text += ',';

@@ -144,7 +144,7 @@ WorkedStrip worked_strip(const RunFolder& run, std::optional<double> width, std:
   if (!width) out.width = tool->width;
   if (!length) out.length = tool->travel;
   out.source = fmt::format("width {}, length {}", width ? "as given" : "of the tool in the soil",
-                           length ? "as given" : "of the way of its tip, from the frames");
+                           length ? "as given" : "of its travel, from the frames");
   return out;
 }
 

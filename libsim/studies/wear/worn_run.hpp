@@ -34,8 +34,8 @@ struct WorkedStrip {
   std::string source;            ///< where both come from
   double hectares() const { return 1e-4 * width * length; }
 };
-/// Of options where they are given, else of the frames: the width of the tool in the soil and the way of its tip.
-/// Throws std::invalid_argument where frames show no tool that travels in soil.
+/// Of options where they are given, else of the frames: the extent of the tool in the soil across its travel, and its
+/// travel. Throws std::invalid_argument where frames show no tool that travels in soil.
 WorkedStrip worked_strip(const RunFolder& run, std::optional<double> width, std::optional<double> length);
 
 /// A scenario in which these surfaces are mesh files. `files`: one per surface, absolute.

@@ -126,9 +126,9 @@ TEST(Wear, HectaresArePassesOfTheStrip) {
   EXPECT_NEAR(found.strip->width, 0.03, 1e-4);
   EXPECT_GT(way, 0.02);
   EXPECT_NEAR(found.strip->length, way, 1e-5);
-  EXPECT_EQ(found.strip->source, "width of the tool in the soil, length of the way of its tip, from the frames");
+  EXPECT_EQ(found.strip->source, "width of the tool in the soil, length of its travel, from the frames");
   request.width = 0.25;
-  EXPECT_TRUE(holds(wear_study(request).strip->source, "width as given, length of the way of its tip"));
+  EXPECT_TRUE(holds(wear_study(request).strip->source, "width as given, length of its travel"));
 }
 
 /// The scenario that is written runs with the worn tool, and says the same as values of --set.
@@ -210,7 +210,7 @@ TEST(Wear, RepeatedRunsGiveDraftOverPasses) {
   std::size_t draft = 0;
   while (draft < rows[0].size() && rows[0][draft] != "draft [N]") ++draft;
   ASSERT_LT(draft + 1, rows[0].size());
-  EXPECT_EQ(rows[0][draft + 1], "draft [N] half width");
+  EXPECT_EQ(rows[0][draft + 1], "draft half width [N]");
   const auto account = [](const std::filesystem::path& run) {
     return summary_of(run).at("wear").at("blade").at("Archard").at("worn volume [m3]").get<double>();
   };
