@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -142,11 +143,15 @@ std::vector<FibrePose> place_fibres(const FibreField& field, std::span<const Pla
   if (lies && field.scatter == 0 && field.orientation == FibreField::Orientation::along)
     for (int d = 0; d < 3; d += 2)
       if (needed * std::abs(axis[d]) + shape.diameter > size[d])
-        throw std::invalid_argument("fibres of " + in_mm(shape.chain_length()) + " along this direction find no room in " +
-                                    in_mm(size.x) + " x " + in_mm(size.z));
-  if (needed > std::hypot(size.x, size.z))
-    throw std::invalid_argument("fibres of " + in_mm(shape.chain_length()) + " find no room in " + in_mm(size.x) + " x " +
-                                in_mm(size.z) + "; make them shorter, or the bed larger");
+        throw std::invalid_argument("fibres of " + in_mm(shape.chain_length()) +
+                                    " along this direction find no room in " + in_mm(size.x) + " x " + in_mm(size.z));
+  // A fibre may stand: only one that lies is as long as the plan at most.
+  const double longest = field.orientation == FibreField::Orientation::horizontal ? std::hypot(size.x, size.z)
+                         : field.piles ? std::numeric_limits<double>::infinity()
+                                       : norm(size);
+  if (needed > longest)
+    throw std::invalid_argument("fibres of " + in_mm(shape.chain_length()) + " find no room in " + in_mm(size.x) +
+                                " x " + in_mm(size.z) + "; make them shorter, or the bed larger");
   return FibrePlacer(field, taken).place();
 }
 

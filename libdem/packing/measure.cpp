@@ -117,38 +117,21 @@ double mean_radius(std::span<const Sphere> spheres) {
   return spheres.empty() ? 0 : sum / static_cast<double>(spheres.size());
 }
 
-SurfaceColumns::SurfaceColumns(std::span<const Sphere> spheres, const Bounds& region) : region_(region) {
-  const Vec3 size = region.high - region.low;
-  if (const double across = 4 * mean_radius(spheres); across > 0) {
-    nx_ = std::max(1L, static_cast<long>(size.x / across));
-    nz_ = std::max(1L, static_cast<long>(size.z / across));
-  }
-  top_.assign(static_cast<std::size_t>(nx_ * nz_), region.low.y);
-  for (const Sphere& s : spheres) {
-    const double u = (s.x.x - region.low.x) / size.x, w = (s.x.z - region.low.z) / size.z;
-    if (!(u >= 0 && u < 1 && w >= 0 && w < 1)) continue;
-    double& t = top_[column(u, w)];
-    t = std::max(t, s.x.y + s.r);
-  }
-}
-
-std::size_t SurfaceColumns::column(double u, double w) const {
-  return static_cast<std::size_t>(static_cast<long>(u * static_cast<double>(nx_)) * nz_ +
-                                  static_cast<long>(w * static_cast<double>(nz_)));
-}
-
-double SurfaceColumns::height_at(const Vec3& x) const {
-  const auto share = [](double at, double low, double high) {
-    return std::clamp((at - low) / (high - low), 0.0, 1 - 1e-12);
-  };
-  return top_[column(share(x.x, region_.low.x, region_.high.x), share(x.z, region_.low.z, region_.high.z))];
-}
-
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region) {
   const double floor = region.low.y;
   if (spheres.empty()) return {floor, 0, floor, floor};
-  const SurfaceColumns columns(spheres, region);
-  const std::vector<double>& top = columns.heights();
+  const double across = 4 * mean_radius(spheres);
+  const Vec3 size = region.high - region.low;
+  const long nx = std::max(1L, static_cast<long>(size.x / across)),
+             nz = std::max(1L, static_cast<long>(size.z / across));
+  std::vector<double> top(static_cast<std::size_t>(nx * nz), floor);
+  for (const Sphere& s : spheres) {
+    const double u = (s.x.x - region.low.x) / size.x, w = (s.x.z - region.low.z) / size.z;
+    if (!(u >= 0 && u < 1 && w >= 0 && w < 1)) continue;
+    double& t = top[static_cast<std::size_t>(static_cast<long>(u * static_cast<double>(nx)) * nz +
+                                             static_cast<long>(w * static_cast<double>(nz)))];
+    t = std::max(t, s.x.y + s.r);
+  }
   const double n = static_cast<double>(top.size());
   SurfaceHeight out{.mean = 0, .spread = 0, .lowest = top[0], .highest = top[0]};
   for (const double t : top) {

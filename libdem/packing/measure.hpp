@@ -21,19 +21,6 @@ struct SurfaceHeight {
   double lowest = 0, highest = 0;  ///< m
 };
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region);
-/// Those columns.
-class SurfaceColumns {
- public:
-  SurfaceColumns(std::span<const Sphere> spheres, const Bounds& region);
-  const std::vector<double>& heights() const { return top_; }  ///< m, world y
-  double height_at(const Vec3& x) const;                       ///< of the column there, or of the nearest one
-
- private:
-  std::size_t column(double u, double w) const;
-  Bounds region_;
-  long nx_ = 1, nz_ = 1;
-  std::vector<double> top_;
-};
 /// The same for the part of the region with x in [from, to].
 SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to);
 

@@ -199,8 +199,7 @@ const ColumnFamily<InletOfWorld> inlet_columns{
 
 const ColumnFamily<FibresOfWorld> fibre_columns{
     "FIBRES", Taken::sample, fibres,
-    "of fibres: share of their mass that lies below the surface of the soil at its place; bonds that broke since the "
-    "start"};
+    "of fibres: share of their mass above which there is soil; bonds that broke since the start"};
 
 namespace {
 

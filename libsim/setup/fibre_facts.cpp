@@ -2,9 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <unordered_map>
+#include <utility>
 
 #include "libdem/packing/measure.hpp"
 #include "libsim/setup/world.hpp"
@@ -12,50 +14,80 @@
 namespace subsoil::sim {
 namespace {
 
-/// The soil under the fibres: all other spheres.
-class SoilSurface {
+/// Where the soil ends upward: its highest point on a vertical line. Columns of the mean surface would not do: they are
+/// as high as their highest sphere, and fibres that lie between such spheres would be below them.
+class SoilFromAbove {
  public:
-  SoilSurface(const World& world, const FibreGroup& group)
-      : soil_(dem::spheres_below(world.bed->spheres(), world.soil.fibres_from)),
-        region_(region(world, group)),
-        columns_(soil_, region_) {}
-  double depth_of(const dem::Sphere& s) const { return columns_.height_at(s.x) - s.x.y; }
+  explicit SoilFromAbove(const World& world) : cell_(world.bed->options().periodic) {
+    for (const dem::Sphere& s : world.bed->spheres())
+      if (s.id < world.soil.fibres_from) add(s);
+    side_ = 2 * largest_;
+    for (const dem::Sphere& s : soil_) bins_[bin(s.x.x, s.x.z)].push_back(&s);
+  }
   double diameter() const { return 2 * dem::mean_radius(soil_); }
-  double floor() const { return region_.low.y; }
-
- private:
-  dem::Bounds region(const World& world, const FibreGroup& group) const {
-    if (group.container) {
-      const Vec3 up{0, world.container_shift, 0};
-      return {group.container->low + up, group.container->high + up};
-    }
-    dem::Bounds box;
-    for (const dem::Sphere& s : soil_) {
-      box.include(s.x - Vec3{s.r, s.r, s.r});
-      box.include(s.x + Vec3{s.r, s.r, s.r});
-    }
-    return box;
+  double lowest() const {
+    double low = std::numeric_limits<double>::infinity();
+    for (const dem::Sphere& s : soil_) low = std::min(low, s.x.y - s.r);
+    return low;
+  }
+  /// Of the soil above a point, or below it where negative; none there: -infinity.
+  double depth_of(const Vec3& point) const {
+    const Vec3 x = cell_.wrapped(point);
+    const auto [i, k] = bin(x.x, x.z);
+    double top = -std::numeric_limits<double>::infinity();
+    for (long di = -1; di <= 1; ++di)
+      for (long dk = -1; dk <= 1; ++dk) {
+        const auto found = bins_.find({i + di, k + dk});
+        if (found == bins_.end()) continue;
+        for (const dem::Sphere* s : found->second) {
+          const double dx = s->x.x - x.x, dz = s->x.z - x.z, square = s->r * s->r - dx * dx - dz * dz;
+          if (square > 0) top = std::max(top, s->x.y + std::sqrt(square));
+        }
+      }
+    return top - x.y;
   }
 
+ private:
+  /// With its images beyond periodic sides.
+  void add(dem::Sphere s) {
+    largest_ = std::max(largest_, s.r);
+    s.x = cell_.wrapped(s.x);
+    const std::size_t first = soil_.size();
+    soil_.push_back(s);
+    for (const int d : {0, 2})
+      if (cell_.length[d] > 0)
+        for (std::size_t n = first, count = soil_.size(); n < count; ++n)
+          for (const double shift : {-cell_.length[d], cell_.length[d]}) {
+            dem::Sphere image = soil_[n];
+            image.x[d] += shift;
+            const double low = cell_.low[d] - image.r, high = cell_.low[d] + cell_.length[d] + image.r;
+            if (image.x[d] > low && image.x[d] < high) soil_.push_back(image);
+          }
+  }
+  std::pair<long, long> bin(double x, double z) const {
+    return {static_cast<long>(std::floor(x / side_)), static_cast<long>(std::floor(z / side_))};
+  }
+
+  dem::PeriodicCell cell_;
   std::vector<dem::Sphere> soil_;
-  dem::Bounds region_;
-  dem::SurfaceColumns columns_;
+  double largest_ = 0, side_ = 1;
+  std::map<std::pair<long, long>, std::vector<const dem::Sphere*>> bins_;
 };
 
 /// Bands of two mean diameters of the soil or thicker, of which no more than twelve reach to the floor.
 constexpr double kBandDiameters = 2, kMostBands = 12;
 
 void take_depths(const World& world, const FibreGroup& group, FibreFacts& out) {
-  const SoilSurface surface(world, group);
-  const double deep = world.soil.surface_mean - surface.floor();
-  const double bands = std::clamp(std::floor(deep / (kBandDiameters * surface.diameter())), 1.0, kMostBands);
+  const SoilFromAbove soil(world);
+  const double deep = std::max(world.soil.surface_mean - soil.lowest(), soil.diameter());
+  const double bands = std::clamp(std::floor(deep / (kBandDiameters * soil.diameter())), 1.0, kMostBands);
   out.band = deep / bands;
   out.by_depth.assign(static_cast<std::size_t>(bands), 0.0);
   double moment = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
     if (!group.has(s.id)) continue;
     out.mass += s.m;
-    const double depth = surface.depth_of(s);
+    const double depth = soil.depth_of(s.x);
     if (!(depth > 0)) continue;
     out.buried += s.m, moment += s.m * depth;
     const auto band = static_cast<std::size_t>(std::min(depth / out.band, bands - 1));

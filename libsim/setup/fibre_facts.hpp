@@ -9,9 +9,9 @@ namespace subsoil::sim {
 
 struct World;
 
-/// Where the fibres of a name lie. Each sphere stands for its share of the mass. It is buried where its centre lies
-/// below the surface of the soil at its place (dem::SurfaceColumns of all other spheres): of what a tool has left
-/// there, not of the level bed.
+/// Where the fibres of a name lie. Each sphere stands for its share of the mass. It is buried where soil lies above its
+/// centre, and its depth is the height of the soil on the vertical line through it: as one sees it from above, of what
+/// a tool has left there.
 struct FibreFacts {
   double mass = 0;               ///< kg, of the spheres that are there
   double buried = 0;             ///< kg

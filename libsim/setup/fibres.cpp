@@ -53,7 +53,6 @@ std::vector<FibreGroup> fibre_groups(const Scenario& s) {
     const int material = material_index(s, f.material);
     const double density = s.materials[static_cast<std::size_t>(material)].density;
     out.push_back({f.name, {f.length, f.diameter, {density, material}}, count_of(f, s)});
-    if (const auto& c = s.soil->container) out.back().container = dem::Bounds{c->at, c->at + c->size};
   }
   return out;
 }

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +18,7 @@ struct FibreGroup {
   std::string name;
   dem::FibreShape shape;
   std::size_t count = 0;
-  std::uint32_t first = 0;                 ///< number of the first sphere
-  std::optional<dem::Bounds> container{};  ///< of the scenario, before bed and container are shifted to their datum
+  std::uint32_t first = 0;  ///< number of the first sphere
 
   std::uint32_t end() const { return first + static_cast<std::uint32_t>(count) * per_fibre(); }
   std::uint32_t per_fibre() const { return static_cast<std::uint32_t>(shape.spheres()); }
