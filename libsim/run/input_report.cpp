@@ -16,10 +16,10 @@
 #include "libsim/document/library.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/run/exchange_advice.hpp"
-#include "libsim/run/physics_watch.hpp"
 #include "libsim/run/surface_meeting.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
+#include "libsim/setup/container.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/servo.hpp"
 
@@ -100,7 +100,7 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
                     loaded.where("soil.container.size"), volume / layer, size.x, size.z));
   Faces walls{}, open{};
   for (std::size_t f = 0; f < walls.size(); ++f) walls[f] = has_wall(*s.soil->container, f);
-  if (const std::size_t count = beyond(walls, s, world, open); count > 0)
+  if (const std::size_t count = spheres_beyond(walls, s, world, open); count > 0)
     out.push_back(
         fmt::format("{}: {} of {} spheres start beyond a wall of the container, which holds ({:.4g}, {:.4g}, "
                     "{:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m: are their places and units right?",

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "libdem/particles/fixed.hpp"
 #include "libdem/step/stability.hpp"
-#include "libsim/setup/moving_soil.hpp"
+#include "libsim/setup/container.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -133,7 +134,7 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
   for (std::size_t f = 0; f < closed.size(); ++f)
     closed[f] = !s_.soil->container->open[f] && !s_.soil->container->open_after_settling[f];
   for (const std::size_t f : {0u, 1u, 4u, 5u}) open[f] = !closed[f];
-  const std::size_t count = beyond(closed, s_, world, open);
+  const std::size_t count = spheres_beyond(closed, s_, world, open);
   if (count == 0) return std::nullopt;
   said_outside_ = true;
   return Finding{fmt::format(
@@ -154,29 +155,6 @@ std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const 
   constexpr long every = 20;  // a look at the walls goes through all spheres
   if (looks_++ % every == 0) take(walls(world));
   return found;
-}
-
-std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& world, const Faces& except) {
-  if (!scenario.soil || !scenario.soil->container) return 0;
-  const Container& c = *scenario.soil->container;
-  Vec3 corner = c.at + Vec3{0, world.container_shift, 0};
-  double held = 0;  // its walls stand that far beyond a moving window
-  if (world.moving) {
-    corner.x += world.moving->window.plan().direction * world.moving->window.way();
-    held = world.moving->window.held_length();
-  }
-  const dem::PeriodicCell& cell = world.bed->options().periodic;
-  std::size_t count = 0;
-  for (const dem::Sphere& p : world.bed->spheres()) {
-    if (world.moving && dem::is_fixed(p)) continue;
-    const Vec3 d = cell.wrapped(p.x) - corner;
-    const auto outside = [&](const Faces& of) {
-      return (of[0] && d.x < -held) || (of[1] && d.x > c.size.x + held) || (of[2] && d.y < 0) ||
-             (of[3] && d.y > c.size.y) || (of[4] && d.z < 0) || (of[5] && d.z > c.size.z);
-    };
-    count += outside(faces) && !outside(except);
-  }
-  return count;
 }
 
 }  // namespace subsoil::sim

@@ -60,7 +60,4 @@ class PhysicsWatch {
   bool said_closure_ = false, said_travel_ = false, said_step_ = false, said_outside_ = false;
 };
 
-/// Spheres whose centres are beyond one of these sides of the container, if there is one, and beyond none of `except`.
-std::size_t beyond(const Faces& faces, const Scenario& scenario, const World& world, const Faces& except = {});
-
 }  // namespace subsoil::sim

@@ -9,9 +9,9 @@
 #include "libsim/base/json.hpp"
 #include "libsim/base/version.hpp"
 #include "libsim/post/disturbance.hpp"
-#include "libsim/run/physics_watch.hpp"
 #include "libsim/run/process.hpp"
 #include "libsim/scenario/gravity.hpp"
+#include "libsim/setup/container.hpp"
 #include "libsim/setup/moving_soil.hpp"
 
 namespace subsoil::sim {
@@ -154,8 +154,8 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
   b["carved for the machine"] = world.soil.carved;
   if (world.soil.displaced > 0) b["left out for fibres"] = world.soil.displaced;
   b["fallen out and removed"] = world.bed->removed_count();
-  b["outside the container at the end"] =
-      beyond({true, true, true, false, true, true}, scenario, world);  // over the rim and through an open side too
+  b["outside the container at the end"] = spheres_beyond({true, true, true, false, true, true}, scenario,
+                                                         world);  // over the rim and through an open side too
   if (world.bed->has_bonding_laws()) write_bonds(summary, world);
 }
 
