@@ -15,7 +15,7 @@ void refuse_unknown_columns(const std::string& plan, const Study& study) {
   if (std::none_of(study.numbers.begin(), study.numbers.end(), has_column)) return;
   const std::vector<std::string> sets = study.points.empty() ? std::vector<std::string>{} : study.points.front().sets;
   std::vector<std::string> known;
-  for (const SeriesColumn& c : columns_of(load_scenario(study.scenario, sets))) known.push_back(c.name);
+  for (const SeriesColumn& c : place_and_list_columns(load_scenario(study.scenario, sets))) known.push_back(c.name);
   if (known.empty()) return;
   for (const SweepNumber& n : study.numbers)
     if (has_column(n) && std::find(known.begin(), known.end(), n.column) == known.end())

@@ -146,7 +146,7 @@ void use_engine(World& world, const Loaded& loaded, const RunRequest& request) {
 /// What watches columns that are not there, before a bed settles for minutes.
 void refuse_columns(const Loaded& loaded) {
   const Scenario& s = loaded.scenario;
-  if (s.soil && s.soil->bed && s.soil->bed->settles()) static_cast<void>(columns_of(loaded));
+  if (s.soil && s.soil->bed && s.soil->bed->settles()) static_cast<void>(place_and_list_columns(loaded));
 }
 
 /// The run as asked for, in a folder that is locked.
@@ -214,7 +214,7 @@ std::optional<SavedRun> latest_whole_state(const std::filesystem::path& folder, 
 
 }  // namespace
 
-std::vector<SeriesColumn> columns_of(const Loaded& loaded) {
+std::vector<SeriesColumn> place_and_list_columns(const Loaded& loaded) {
   World world;
   try {
     BuildOptions options;

@@ -39,9 +39,9 @@ struct RunRequest {
 /// Exit codes of a run.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_failed = 3, exit_interrupted = 130, exit_terminated = 143 };
 
-/// Columns of its series, looked at beside a bed that is not settled; empty where what is placed meets something that
-/// the settled bed may not. Throws ScenarioError for a monitor of a column that is not there.
-std::vector<SeriesColumn> columns_of(const Loaded& loaded);
+/// Places bed and machine, without settling, and lists the columns of the series; empty where what is placed meets
+/// something that the settled bed may not. Throws ScenarioError for a monitor of a column that is not there.
+std::vector<SeriesColumn> place_and_list_columns(const Loaded& loaded);
 
 /// Runs a scenario to its end. Throws ScenarioError for bad input before anything is written.
 int run(const RunRequest& request);
