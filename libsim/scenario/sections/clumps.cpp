@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "libsim/document/refusal.hpp"
 #include "libsim/keys/clump_file.hpp"
@@ -30,7 +31,7 @@ void describe_import(Fields& v, ClumpImport& from, std::vector<ClumpSphere>& sph
          "text file beside the scenario, x y z radius of a sphere in every line: of LIGGGHTS, YADE, CLUMP, MercuryDPM "
          "or DEME; `#` begins a comment, `#format x_y_z_r_matId` names columns");
   v.unit("unit", from.unit, "m", "unit of the file's numbers");
-  if (from.file.empty() || std::isnan(from.unit)) return;
+  if (!std::filesystem::is_regular_file(from.file) || std::isnan(from.unit)) return;  // refused above
   if (!spheres.empty()) throw Refusal("stands beside `spheres`", "keep one of them");
   for (const dem::ClumpMember& m : load_clump(from.file, from.unit)) spheres.push_back({m.at, m.radius});
 }
@@ -42,16 +43,17 @@ void describe(Fields& v, ClumpSection& c) {
   ClumpImport from;
   SectionMember import;
   import.when = SectionMember::When::given, import.there = false;
-  import.declare = import.prototype = [&](Fields & fields) { describe_import(fields, from, c.spheres);
+  import.declare = [&](Fields & fields) { describe_import(fields, from, c.spheres);
 };
+import.prototype = import.declare;
 v.visit_section({"import", "in place of `spheres`: they come from a file"}, import);
 v.quantity("scale", c.scale, "1", "(0, inf)", "factor on all lengths of its spheres");
 v.quantity("density", c.density, "kg/m^3", "(0, inf)", "left out: of the bed's material");
 v.quantity("mass", c.mass, "kg", "(0, inf)", "as measured, in place of the density");
 v.vector("centre", c.centre, "m", "centre of mass, as measured, of the scaled clump; left out: of the spheres' union");
 v.vector("inertia", c.inertia, "kg m^2",
-         "as measured, beside `mass`: moments xx yy zz about the centre of mass, of the scaled clump; left out: of the "
-         "union");
+         "as measured, beside `mass`: moments xx yy zz about the centre of mass, of the scaled clump; left out: of "
+         "the union");
 v.vector("products", c.products, "kg m^2",
          "beside `inertia`: elements xy yz zx of its matrix, minus the integral of x y dm; left out: 0");
 }  // namespace subsoil::sim
@@ -103,7 +105,7 @@ struct ClumpChecks : Checks {
 
   void shape(const ClumpSection& c) {
     const std::string path = "soil.clumps." + c.name;
-    if (c.spheres.empty())
+    if (c.spheres.empty() && !places.contains(path + ".import"))  // whose file is refused where it is read
       refuse(path + ".spheres", "is empty: a clump needs one sphere at least, here or by `import`");
     if (c.mass && c.density) refuse(path + ".density", "stands beside `mass`; keep one of them");
     if (!c.mass && (c.centre || c.inertia))

@@ -199,6 +199,7 @@ TEST(RunClumps, FaultsOfAFileNameItsLine) {
     const std::string file = dir.scenario(text);
     const std::string message = subsoil::test::message_of<ScenarioError>([&] { load_scenario(file); });
     EXPECT_NE(message.find("soil.clumps.bean.import"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << "one fault, one line: " << message;
     return message;
   };
   const auto expect = [](const std::string& message, const char* part) {
@@ -213,6 +214,8 @@ TEST(RunClumps, FaultsOfAFileNameItsLine) {
          "bean.txt:3: is of clump 2, and the lines before of clump 1");
   expect(refused("x,y,z,radius\n0,0,0,3\n"), "bean.txt:1: names the columns x, y, z, radius, of which `r` is missing");
   expect(refused("# nothing\n"), "bean.txt: holds no sphere");
+  expect(refused("0 0 0 3\n", with(imported, "bean.txt", "been.txt")), "been.txt: there is no file");
+  expect(refused("0 0 0 3\n", with(imported, ", unit: mm", "")), "soil.clumps.bean.import.unit: is missing");
   expect(refused("0 0 0 3\n", with(imported, "{import:", "{spheres: [{at: 0 0 0 mm, radius: 3 mm}], import:")),
          "stands beside `spheres`; keep one of them");
 }
