@@ -156,7 +156,8 @@ void Reader::leaf(const Field& field, const Use& use) {
   }
   reading_.places[child(field.key)] = entry->value.place;
   if (entry->value.kind == Node::Kind::null) {
-    reading_.problems.add(entry->place, child(field.key), "has no value; give one, or leave the key out");
+    // Of the value, which `--set` may have emptied in a file that has one.
+    reading_.problems.add(entry->value.place, child(field.key), "has no value; give one, or leave the key out");
     return;
   }
   try {

@@ -325,6 +325,8 @@ TEST(ScenarioRefusals, MissingKeysHaveThePlaceOfTheirMapping) {
       Lines{"till.yaml:1:10 subsoil = 2: must be in [1, 1]; this program reads format 1"});
   EXPECT_EQ(refusals("subsoil: 1\ntime:\n  end:\nmachine: {bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}\n"),
             Lines{"till.yaml:3:3 time.end: has no value; give one, or leave the key out"});
+  EXPECT_EQ(refusals(sample_soil, {"time.end="}),
+            Lines{"--set time.end: has no value; give one, or leave the key out"});
 }
 
 TEST(ScenarioRefusals, ParametersOfAnUnknownLawAreNotReportedOneByOne) {
