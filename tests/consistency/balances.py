@@ -226,7 +226,7 @@ def fixed_spheres(case):
 
 @relation("soil", "coupled")
 def overlaps_are_felt(case):
-    """A sphere that overlaps another one or a wall has a contact, also a fixed one; two fixed ones have none."""
+    """A sphere has a contact for every sphere, wall, box and tool that it overlaps. Fixed ones have none with each other and with what rests."""
     if not case.base.ended or not case.listed or "periodic" in case.tree["soil"]["container"] or case.tree["soil"]["bed"].get("placed"):
         return []
     particles, frames = case.base.frames()
@@ -234,40 +234,57 @@ def overlaps_are_felt(case):
     if len(particles.get("radius", [])) != len(listed) or "contacts" not in frames[-1][1]:
         return []
     fixed = numpy.array(["fixed" in one for one in listed])
-    x, r, count = frames[-1][1]["position"], particles["radius"], frames[-1][1]["contacts"]
+    time, frame = frames[-1]
+    x, r = frame["position"], particles["radius"]
     depth = r[:, None] + r[None, :] - numpy.linalg.norm(x[:, None] - x[None, :], axis=2)
     numpy.fill_diagonal(depth, -1.0)
     depth[numpy.ix_(fixed, fixed)] = -1.0
     deep = 1e-2 * r.min()
-    felt = (depth > deep).any(axis=1)
-    for owner, surface in surfaces(case):
-        felt |= (surface(x, frames[-1][0]) + r > deep) & (numpy.abs(surface(x, frames[-1][0])) < 3 * r)
-    lost = felt & (count == 0)
-    return [f"sphere {k} overlaps by more than {deep:.2g} m and has no contact" for k in numpy.flatnonzero(lost)[:2]]
+    due = (depth > deep).sum(axis=1)
+    for surface, moves in surfaces(case, time):
+        depth = surface(x)
+        due += (depth + r > deep) & (numpy.abs(depth) < 3 * r) & (moves | ~fixed)
+    lost = numpy.flatnonzero(frame["contacts"] < due)
+    return [f"sphere {k} overlaps {due[k]} others by more than {deep:.2g} m and has {frame['contacts'][k]:.0f} contacts" for k in lost[:2]]
 
 
-def surfaces(case):
-    """Closed container walls and boxes on straight paths: depth of a point behind the surface."""
+def surfaces(case, time):
+    """Closed container walls, boxes on straight paths and tools: depth of points behind the surface, and whether it moves."""
     box = case.tree["soil"]["container"]["@box"]
     shut = {"-x", "+x", "-y", "+y", "-z", "+z"} - set(case.tree["soil"]["container"]["open"].faces)
     for face in sorted(shut):
         k = "xyz".index(face[1])
         low, high = box.at[k], box.at[k] + box.size[k]
-        if face[0] == "-":
-            yield face, lambda x, t, k=k, low=low: low - x[:, k]
-        else:
-            yield face, lambda x, t, k=k, high=high: x[:, k] - high
+        yield (lambda x, k=k, low=low: low - x[:, k]) if face[0] == "-" else (lambda x, k=k, high=high: x[:, k] - high), False
     for b in case.tree.get("boundaries", []):
         moves = b.get("moves", [])
         if "box" not in b["shape"] or "rotation" in b or any(set(m) - {"velocity"} for m in moves):
             continue
-        half = 0.5 * numpy.array(b["shape"]["box"].values)
         at, v = numpy.array(b["at"].values), sum((numpy.array(m["velocity"].values) for m in moves), numpy.zeros(3))
+        yield (lambda x, at=at + v * time, b=b: depth_in(b["shape"], x - at)), bool(moves)
+    machine, table = case.tree.get("machine", {}), case.base.table()
+    for tool in machine.get("surfaces", {}).values():
+        if not {"box", "cylinder"} & set(tool) or abs(table["time"][-1] - time) > 1e-9:
+            continue
+        px, py, angle = (table[f"{tool['body'].text}.{c}"][-1] for c in ("x", "y", "angle"))
 
-        def depth(x, t, half=half, at=at, v=v):
-            outside = numpy.abs(x - at - v * t) - half
-            return numpy.where((outside <= 0).all(axis=1), -outside.max(axis=1), -numpy.linalg.norm(numpy.maximum(outside, 0), axis=1))
-        yield b["name"].text, depth
+        def depth(x, px=px, py=py, c=math.cos(angle), s=math.sin(angle), tool=tool):
+            dx, dy = x[:, 0] - px, x[:, 1] - py
+            return depth_in(tool, numpy.stack([c * dx + s * dy, c * dy - s * dx, x[:, 2]], axis=1))
+        yield depth, True
+
+
+def depth_in(shape, d):
+    """Depth of points behind the surface of a box or cylinder about the origin; of points outside minus their distance."""
+    if "box" in shape:
+        outside = numpy.abs(d) - 0.5 * numpy.array(shape["box"].values)
+    else:
+        axis = "xyz"[int(numpy.argmax(numpy.abs(shape["cylinder"]["axis"].values)))]
+        k = "xyz".index(axis)
+        across = numpy.delete(d, k, axis=1)
+        outside = numpy.stack([numpy.linalg.norm(across, axis=1) - shape["cylinder"]["radius"].values[0],
+                               numpy.abs(d[:, k]) - 0.5 * shape["cylinder"]["length"].values[0]], axis=1)
+    return numpy.where((outside <= 0).all(axis=1), -outside.max(axis=1), -numpy.linalg.norm(numpy.maximum(outside, 0), axis=1))
 
 
 @relation("machine")

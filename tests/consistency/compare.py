@@ -123,6 +123,11 @@ def in_vector(name, table):
 LEAST = {"rad": 1e-8, "rad/s": 1e-8, "rad/s^2": 1e-3, "N": 1e-6, "N m": 1e-6, "m/s": 1e-8, "m/s^2": 1e-3}
 
 
+# Of a mirrored run these keep their sign.
+EVEN_UNITS = {"J", "W", "kg"}
+EVEN = {"soil.draft", "soil.lift"}
+
+
 def scales(table, units):
     """Size against which a difference in a column counts: the largest value of its unit among columns of the same owner's
     kind (all columns of one unit), since a component that is 0 by symmetry has no size of its own."""
@@ -136,7 +141,7 @@ def differences(first, second, units, view=None, shape_only=()):
     """Largest difference of every column as a share of the size of its unit: {name: share}.
 
     Under rotation a column that is no component of a world vector keeps its value; under a mirror it keeps it or changes
-    its sign, the same in all rows. Energies that count from a height are compared as changes.
+    its sign, the same in all rows, unless it is known to keep it. Energies that count from a height are compared as changes.
     """
     sizes = scales(first, units)
     answer = {}
@@ -154,7 +159,7 @@ def differences(first, second, units, view=None, shape_only=()):
             a, b = a - a[:1], b - b[:1]
         size = sizes[name] or 1.0
         apart = spread(apart_of(a, b))
-        if mirrored and not in_vector(name, first):
+        if mirrored and not in_vector(name, first) and name not in EVEN and units.get(name) not in EVEN_UNITS:
             apart = min(apart, spread(apart_of(a, -b)))
         answer[name] = apart / size
     return answer

@@ -4,7 +4,8 @@ import random
 
 from geometry import Name, Quantity
 from machine import MachineDraw
-from soil import SoilDraw
+from soil import SoilDraw, depth_below
+from values import constant
 
 INTEGRATORS = ("auto", "adams-moulton", "cvode", "ida")
 
@@ -65,25 +66,48 @@ def draw(seed, declarations, kind=None):
 
 
 def coupled_machine(rng, declarations, soil, end, tree):
-    """A tool on a slide, a pin or a spring, with one of the declared shapes, that comes down into the spheres."""
+    """A tool with one of the declared shapes that comes down into the spheres at a slant: on a slide, a pin or springs, or driven along x."""
     maker = MachineDraw(rng, declarations, end)
-    at = (0.0, 0.14)
-    maker.bodies["tool"] = at
     shape = soil.shape(0.05)
     while "plane" in shape:
         shape = soil.shape(0.05)
+    velocity = (maker.rounded(-1, 1), -maker.rounded(0.4, 1.2))
+    at, below = above_the_bed(rng, tree["soil"]["bed"]["particles"], shape, velocity, end)
+    if "fixed" not in below and rng.random() < 0.3:  # a stone in the tool's way
+        below["fixed"] = Name("stone")
+        below.pop("velocity", None)
+        below.pop("angular velocity", None)
+    maker.bodies["tool"] = at
     machine = {"bodies": {Name("tool"): {
         "mass": Quantity((maker.rounded(0.2, 3),), "kg"), "inertia": Quantity((maker.rounded(0.001, 0.02),), "kg m^2"), "at": Quantity(at, "m", "point"),
-        "velocity": Quantity((0.0, -0.5), "m/s", "direction"), "velocity is": "about"}}, "joints": {}, "forces": {}, "drivers": {}}
+        "velocity": Quantity(velocity, "m/s", "direction"), "velocity is": "about"}}, "joints": {}, "forces": {}, "drivers": {}}
     way = rng.random()
-    if way < 0.4:
+    if way < 0.5:
         machine["joints"][Name("guide")] = {"translational": [Name("ground"), Name("tool")], "at": Quantity(at, "m", "point"),
-                                           "along": Quantity((maker.rounded(-0.3, 0.3), 1.0), "", "direction")}
-    elif way < 0.6:
-        machine["joints"][Name("guide")] = {"revolute": [Name("ground"), Name("tool")], "at": Quantity((-0.1, 0.16), "m", "point")}
+                                           "along": Quantity(velocity, "", "direction")}
+        if way < 0.15:
+            machine["drivers"][Name("travel")] = {"coordinate": Name("tool", ".x"), "velocity": constant(velocity[0], "m/s", "x")}
+        elif way < 0.25:  # strong enough to turn the tool round
+            far = tuple(float(f"{a - 0.3 * v:.5g}") for a, v in zip(at, velocity))
+            machine["forces"][Name("rebound")] = {"spring-damper": [Name("ground"), Name("tool")], "ends": [
+                Quantity(far, "m", "point"), Quantity(at, "m", "point")], "stiffness": Quantity((maker.rounded(1e3, 2e4),), "N/m")}
+    elif way < 0.7:
+        machine["joints"][Name("guide")] = {"revolute": [Name("ground"), Name("tool")], "at": Quantity((at[0] - 0.1, at[1] + 0.02), "m", "point")}
     for k in range(rng.choice([0, 1, 2])):
         maker.add(machine, "forces", f"f{k}", rng.choice(sorted(declarations.elements("machine.forces"))), ("ground", "tool"))
     maker.measures(machine)
     machine["measures"][Name("soil on tool")] = {"soil force": Name("tool")}
     machine["surfaces"] = {Name("blade"): {"body": Name("tool"), "material": Name("steel"), **shape}}
     return {key: value for key, value in machine.items() if value}, maker.used
+
+
+def above_the_bed(rng, spheres, shape, velocity, end):
+    """Where a tool of this velocity stands that meets one of the upper spheres before the end; and that sphere."""
+    def top(sphere):
+        return sphere["position"].values[1] + sphere["radius"].values[0]
+
+    highest = max(top(one) for one in spheres)
+    below = rng.choice([one for one in spheres if top(one) > highest - 0.5 * one["radius"].values[0]])
+    gap = rng.uniform(0.05, 0.5) * -velocity[1] * end
+    x = below["position"].values[0] + velocity[0] / velocity[1] * gap
+    return (float(f"{x:.5g}"), float(f"{highest + depth_below(shape) + gap:.5g}")), below

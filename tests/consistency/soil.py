@@ -225,6 +225,17 @@ class SoilDraw:
                                   "angular velocity": Quantity((0.0, 0.0, self.rounded(-5, 5)), "rad/s", "axial")}]
 
 
+def depth_below(shape):
+    """How far a shape of `SoilDraw.shape` reaches below its place."""
+    if "box" in shape:
+        return 0.5 * shape["box"].values[1]
+    if "extrude" in shape:
+        return -min(p.values[1] for p in shape["extrude"])
+    if "cylinder" in shape:  # its axes are level
+        return shape["cylinder"]["radius"].values[0]
+    return 0.06  # the largest number that `shape` gives of a size of 0.05 m, and room
+
+
 def box(size, at):
     """The keys size and at of a container or region, which transform together."""
     return {"@box": Box(tuple(size), tuple(at))}

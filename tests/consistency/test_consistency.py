@@ -11,6 +11,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 import numpy  # noqa: E402
 
+import balances  # noqa: E402
 import compare  # noqa: E402
 import degenerate  # noqa: E402
 from declarations import Declarations  # noqa: E402
@@ -124,6 +125,29 @@ class Relations(unittest.TestCase):
     def test_a_crash_and_a_silent_refusal_are_found(self):
         for fault in "crash", "silent refusal":
             self.assertNotEqual(violations("sentences", machine, fault), [])
+
+
+class Surfaces(unittest.TestCase):
+    def test_depths(self):
+        points = numpy.array([(0.0, 0.4, 0.0), (0.0, 1.0, 0.0), (2.0, 0.9, 0.0), (0.0, 0.0, 1.1)])
+        box = {"box": Quantity((2.0, 1.0, 2.0), "m")}
+        numpy.testing.assert_allclose(balances.depth_in(box, points), [0.1, -0.5, -math.hypot(1.0, 0.4), -0.1], atol=1e-15)
+        roll = {"cylinder": {"radius": Quantity((0.5,), "m"), "length": Quantity((2.0,), "m"), "axis": Quantity((0.0, 0.0, 1.0), "", "own")}}
+        numpy.testing.assert_allclose(balances.depth_in(roll, points), [0.1, -0.5, 0.5 - math.hypot(2.0, 0.9), -0.1], atol=1e-15)
+
+    def test_a_tool_is_where_its_body_is(self):
+        """Turned by a quarter and moved by 1 m along x: its long side stands upright."""
+        tree = {"soil": soil().tree["soil"], "machine": {"surfaces": {Name("blade"): {"body": Name("a"), "box": Quantity((2.0, 1.0, 1.0), "m")}}}}
+        table = {"time": numpy.array([0.0, 1.0]), "a.x": numpy.array([0.0, 1.0]), "a.y": numpy.zeros(2), "a.angle": numpy.array([0.0, 0.5 * math.pi])}
+        case = types.SimpleNamespace(tree=tree, base=types.SimpleNamespace(table=lambda: table))
+        depth, moves = list(balances.surfaces(case, 1.0))[-1]
+        self.assertTrue(moves)
+        numpy.testing.assert_allclose(depth(numpy.array([(1.0, 0.9, 0.0), (1.9, 0.0, 0.0)])), [0.1, -0.4], atol=1e-12)
+
+    def test_a_draft_of_the_other_sign_is_a_difference(self):
+        table = {"soil.draft": numpy.array([0.0, 2.0]), "other": numpy.array([0.0, 2.0])}
+        apart = compare.differences(table, {name: -v for name, v in table.items()}, {}, View(mirror_x=True))
+        self.assertEqual(apart, {"soil.draft": 2.0, "other": 0.0})
 
 
 class Transformations(unittest.TestCase):

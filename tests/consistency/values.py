@@ -102,6 +102,10 @@ def function(rng, declarations, unit, size, kind, end, types=None):
     return Function(name, tuple(keys), tuple(powers), f"s|{u}", kind)
 
 
+def constant(value, unit, kind):
+    return Function("constant", (("value", Quantity((value,), unit)),), (("value", 1, 0),), f"s|{unit}", kind)
+
+
 def characteristic(rng, declarations, unit, argument, size, reach, kind):
     """A force that grows with its argument, so that what it holds stays bounded."""
     name = rng.choice(sorted(n for n, k in declarations.children("characteristic").items() if k.type == "type"))
