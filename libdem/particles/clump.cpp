@@ -35,6 +35,35 @@ double determinant(const SquareMatrix<3>& m) {
   return dot(row(0), cross(row(1), row(2)));
 }
 
+Vec3 column(const SquareMatrix<3>& m, std::size_t k) { return {m[0][k], m[1][k], m[2][k]}; }
+
+/// Where two principal moments are equal rounding alone would choose the axes in their plane: one becomes the part
+/// across the third axis of the coordinate axis that is farthest from it. What is a mirror image then has mirrored
+/// axes.
+void settle_equal_axes(SymmetricEigen<3>& principal) {
+  constexpr double rounding = 1e-9;
+  const auto& j = principal.values;
+  const auto equal = [&](std::size_t a, std::size_t b) { return std::abs(j[a] - j[b]) <= rounding * (j[a] + j[b]); };
+  auto& m = principal.vectors;
+  if (equal(0, 1) && equal(1, 2)) {
+    m = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+    if (!equal(a, b)) continue;
+    const Vec3 third = column(m, k);
+    int farthest = 0;
+    for (int d = 1; d < 3; ++d)
+      if (std::abs(third[d]) < std::abs(third[farthest]) - rounding) farthest = d;
+    Vec3 along{};
+    along[farthest] = 1;
+    const Vec3 u = normalized(along - dot(along, third) * third), v = cross(third, u);
+    for (int d = 0; d < 3; ++d) m[static_cast<std::size_t>(d)][a] = u[d], m[static_cast<std::size_t>(d)][b] = v[d];
+    return;
+  }
+}
+
 void require_body(const Vec3& j) {
   const double sum = j.x + j.y + j.z;
   for (int k = 0; k < 3; ++k)
@@ -63,6 +92,7 @@ ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members
     for (double& x : row) x *= out.mass / solid.volume;
   if (given && given->inertia) inertia = *given->inertia;
   SymmetricEigen<3> principal = symmetric_eigen<3>(inertia);
+  settle_equal_axes(principal);
   if (determinant(principal.vectors) < 0)
     for (auto& row : principal.vectors) row[2] = -row[2];
   out.inertia = {principal.values[0], principal.values[1], principal.values[2]};

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -14,13 +15,24 @@ namespace {
 
 using Six = SquareMatrix<6>;
 
-/// Directions spread evenly over the sphere (Fibonacci lattice).
+/// Use(s) for the eight products of reflections in the coordinate planes. Samples that are closed under them give a
+/// clump and its mirror image the same bits.
+template <class Use>
+void each_reflection(const Use& use) {
+  for (const double x : {1.0, -1.0})
+    for (const double y : {1.0, -1.0})
+      for (const double z : {1.0, -1.0}) use(Vec3{x, y, z});
+}
+Vec3 reflected(const Vec3& v, const Vec3& s) { return {s.x * v.x, s.y * v.y, s.z * v.z}; }
+
+/// Directions spread evenly over an octant of the sphere (Fibonacci lattice).
 std::vector<Vec3> even_directions(int count) {
   std::vector<Vec3> out;
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+  const double golden = 0.5 * (std::sqrt(5.0) - 1);
   for (int k = 0; k < count; ++k) {
-    const double z = 1 - (2 * k + 1.0) / count, r = std::sqrt(1 - z * z);
-    out.push_back({r * std::cos(golden * k), r * std::sin(golden * k), z});
+    const double z = (k + 0.5) / count, r = std::sqrt(1 - z * z), turn = golden * (k + 0.5);
+    const double angle = 0.5 * std::numbers::pi * (turn - std::floor(turn));
+    out.push_back({r * std::cos(angle), r * std::sin(angle), z});
   }
   return out;
 }
@@ -77,15 +89,17 @@ struct SurfacePoint {
 
 /// What of the members lies in no other.
 std::vector<SurfacePoint> surface_points(const ClumpShape& shape) {
-  constexpr int per_member = 200;
-  const std::vector<Vec3> directions = even_directions(per_member);
+  constexpr int per_octant = 25;
+  std::vector<Vec3> directions;
+  for (const Vec3& n : even_directions(per_octant))
+    each_reflection([&](const Vec3& s) { directions.push_back(reflected(n, s)); });
   std::vector<Ball> balls;
   for (const ClumpMember& m : shape.members) balls.push_back({m.at, m.radius});
   std::vector<SurfacePoint> out;
   for (std::size_t k = 0; k < balls.size(); ++k)
     for (const Vec3& n : directions)
       if (const Vec3 at = balls[k].centre + balls[k].radius * n; is_exposed(balls, at, k))
-        out.push_back({at, n, balls[k].radius, 1.0 / per_member});
+        out.push_back({at, n, balls[k].radius, 1.0 / static_cast<double>(directions.size())});
   return out;
 }
 
@@ -102,15 +116,35 @@ StableStep of_mode(double a, double b, const std::string& what) {
 
 }  // namespace
 
+/// At a point of the member at c with the normal n the mobility is 1/m + (c x n).J^-1 (c x n), the largest where n is
+/// an eigenvector; where that point lies in another member the sampled points stand for it.
 double least_effective_mass(const ClumpShape& shape) {
-  double least = shape.mass;
-  for (const SurfacePoint& p : surface_points(shape)) {
-    const Vec3 turn = cross(p.at, p.normal);
-    const double mobility = 1 / shape.mass + turn.x * turn.x / shape.inertia.x + turn.y * turn.y / shape.inertia.y +
-                            turn.z * turn.z / shape.inertia.z;
-    least = std::min(least, 1 / mobility);
+  double most = 1 / shape.mass;
+  const auto take = [&](const Vec3& at, const Vec3& n) {
+    const Vec3 turn = cross(at, n);
+    most = std::max(most, 1 / shape.mass + turn.x * turn.x / shape.inertia.x + turn.y * turn.y / shape.inertia.y +
+                              turn.z * turn.z / shape.inertia.z);
+  };
+  for (const SurfacePoint& p : surface_points(shape)) take(p.at, p.normal);
+  std::vector<Ball> balls;
+  for (const ClumpMember& m : shape.members) balls.push_back({m.at, m.radius});
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const Vec3& c = balls[k].centre;
+    const std::array<Vec3, 3> rows{Vec3{0, -c.z, c.y}, Vec3{c.z, 0, -c.x}, Vec3{-c.y, c.x, 0}};  // of n -> c x n
+    SquareMatrix<3> square{};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        for (int d = 0; d < 3; ++d)
+          square[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] +=
+              rows[static_cast<std::size_t>(d)][i] * rows[static_cast<std::size_t>(d)][j] / shape.inertia[d];
+    const SymmetricEigen<3> modes = symmetric_eigen<3>(square);
+    for (std::size_t e = 0; e < 3; ++e)
+      for (const double sign : {1.0, -1.0}) {
+        const Vec3 n = sign * Vec3{modes.vectors[0][e], modes.vectors[1][e], modes.vectors[2][e]};
+        if (is_exposed(balls, c + balls[k].radius * n, k)) take(c, n);
+      }
   }
-  return least;
+  return 1 / most;
 }
 
 StableStep stable_step(const Law& law, const ClumpShape& shape, const StepQuestion& q) {
@@ -144,22 +178,24 @@ StableStep stable_step_at_surface(const Law& law, const ClumpShape& shape, const
   double arm = r;
   const StiffnessBound k =
       stiffness_bound(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
-  constexpr int attitudes = 100;
+  constexpr int attitudes = 13;  // and their reflections
   double a = 0, b = 0;
   int turn = 0;
   for (const Vec3& axis : even_directions(attitudes)) {
     const Quaternion attitude = Quaternion::from_rotation_vector((2.4 * turn++) * axis);
-    ContactMatrix stiff(shape), damped(shape);
-    for (const ClumpMember& member : shape.members)
-      for (int d = 0; d < 3; ++d) {
-        Vec3 normal{};
-        normal[d] = 1;
-        normal = attitude.rotate(normal);
-        const Vec3 at = member.at + member.radius * normal, at_arm = member.at + (member.radius * arm / r) * normal;
-        stiff.add(at, at_arm, normal, {k.k_n, k.k_t, k.k_r}, 1);
-        damped.add(at, at_arm, normal, {k.c_n, k.c_t, k.c_r}, 1);
-      }
-    a = std::max(a, stiff.largest()), b = std::max(b, damped.largest());
+    each_reflection([&](const Vec3& s) {
+      ContactMatrix stiff(shape), damped(shape);
+      for (const ClumpMember& member : shape.members)
+        for (int d = 0; d < 3; ++d) {
+          Vec3 normal{};
+          normal[d] = 1;
+          normal = reflected(attitude.rotate(normal), s);
+          const Vec3 at = member.at + member.radius * normal, at_arm = member.at + (member.radius * arm / r) * normal;
+          stiff.add(at, at_arm, normal, {k.k_n, k.k_t, k.k_r}, 1);
+          damped.add(at, at_arm, normal, {k.c_n, k.c_t, k.c_r}, 1);
+        }
+      a = std::max(a, stiff.largest()), b = std::max(b, damped.largest());
+    });
   }
   return of_mode(a, b, "a clump `" + shape.name + "` of which every sphere touches three surfaces");
 }
