@@ -266,6 +266,8 @@ void Simulation::step(const dem::Bed::Request& request) {
     time_ = machine_->time();
     return;
   }
+  const auto work = [&] { return machine_ != nullptr ? machine_->integrator().flows().external_work : 0.0; };
+  work_on_machine_ = work();
   place_surfaces();
   bed_->step(options_.soil_step, request);
   stepped_ = true;
@@ -279,6 +281,8 @@ void Simulation::step(const dem::Bed::Request& request) {
   if (++in_window_ < options_.soil_steps) return;
   in_window_ = 0;
   if (machine_ != nullptr) advance_machine();
+  const double steps = options_.soil_steps;  // the machine has passed the step's end: back to its begin
+  work_on_machine_ = std::lerp(work(), *work_on_machine_, 1 / steps);
 }
 
 void Simulation::step_to(double time) {
@@ -292,7 +296,7 @@ InterfaceWork Simulation::interface_work() const {
   InterfaceWork work;
   if (bed_ == nullptr || machine_ == nullptr) return work;
   for (const BodySurface& s : surfaces_) work.on_soil += bed_->boundary(s.boundary).work;
-  work.on_machine = machine_->energy().external_work;
+  work.on_machine = work_on_machine_.value_or(machine_->integrator().flows().external_work);
   return work;
 }
 
@@ -320,7 +324,7 @@ void Simulation::restore(const ExchangeState& state) {
     throw std::invalid_argument(
         "restart: the state lies inside a window of the other `time.coupling`; take a state of a window's start, or "
         "the coupling it was written with");
-  in_window_ = state.in_window, stepped_ = state.stepped;
+  in_window_ = state.in_window, stepped_ = state.stepped, work_on_machine_.reset();
   window_ = state.window, acceleration_ = state.acceleration;
   auto servo = state.servos.begin();
   for (std::size_t i = 0; i < motions_.size(); ++i)

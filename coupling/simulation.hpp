@@ -118,6 +118,7 @@ class Simulation {
   /// Wrench of the soil on a body about its centre of mass, world axes, at the last step; out-of-plane parts included:
   /// on a planar body they are what its guide takes.
   const dem::Wrench& soil_on_body(int body) const { return soil_on_body_[static_cast<std::size_t>(body)]; }
+  /// Up to t_n, as the bed's energies are; the machine's inside a window up to its start, in its last step by a share.
   InterfaceWork interface_work() const;
   const ExchangeCount& exchange() const { return exchange_; }
   const std::vector<BodySurface>& surfaces() const { return surfaces_; }
@@ -171,7 +172,8 @@ class Simulation {
   ExchangeCount exchange_;
   double time_ = 0;
   double end_ = std::numeric_limits<double>::infinity();
-  bool stepped_ = false;  ///< the bed's boundaries stand where the step before had them
+  bool stepped_ = false;                   ///< the bed's boundaries stand where the step before had them
+  std::optional<double> work_on_machine_;  ///< J, where the last step began; none: there was no step since restore()
 };
 
 /// Pose of a planar body in the world of the bed: plane z = 0, turned about z.

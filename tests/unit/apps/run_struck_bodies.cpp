@@ -104,6 +104,18 @@ TEST(StruckBody, EnergyThatTheExchangeMakesIsSaidAndStrictFails) {
       exit_failed);
 }
 
+/// Both columns are of the row's time: in the step that follows the flap takes some hundredths of its energy.
+TEST(StruckBody, WorkAtItsSurfaceIsItsExternalWorkInEveryRow) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(Flap{.restitution = 1, .mass = 0.05}.text()), dir / "out",
+                         {"output.series every=0.1 ms", "output.series digits=all"}),
+            exit_ok);
+  const Series s = read_series(dir / "out" / "series.csv");
+  const std::vector<double>&interface = s.at("interface.on machine"), &work = s.at("energy.external work");
+  ASSERT_GT(work.back(), 1e-4);
+  for (std::size_t i = 0; i < work.size(); ++i) EXPECT_NEAR(interface[i], work[i], 1e-12 * work.back()) << i;
+}
+
 /// The contact, from 17.5 ms on and pi sqrt(m*/k) = 1.2 ms long, lies between the rows of 10 and 20 ms.
 TEST(StruckBody, ATouchBetweenTwoRowsIsATouch) {
   const RunDirectory dir;

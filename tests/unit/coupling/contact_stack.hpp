@@ -44,7 +44,8 @@ struct StackRun {
   double least_force;       ///< smallest force on the face, N: above 0 the contact never opened
   double impulse;           ///< N s, of the face's forces
   InterfaceWork work;
-  double closure;  ///< bed closure + machine balance + interface error, J
+  double to_the_end;  ///< J, of both sides, the machine's to the end of the last step
+  double closure;     ///< bed closure + machine balance + interface error, J
 };
 
 /// @param tolerance of the iterated exchange, m; 0: explicit
@@ -65,7 +66,8 @@ inline StackRun run(const Stack& s, double soil_step, int soil_steps = 1,
   Simulation simulation(&bed, &machine, {{body, face}}, {},
                         {.soil_step = soil_step, .soil_steps = soil_steps, .tolerance = tolerance});
   const long steps = std::lround(s.end / soil_step);
-  StackRun out{.height = 0, .velocity = 0, .least_force = 1e300, .impulse = 0, .work = {}, .closure = 0};
+  StackRun out{
+      .height = 0, .velocity = 0, .least_force = 1e300, .impulse = 0, .work = {}, .to_the_end = 0, .closure = 0};
   double start = 0;
   for (long n = 0; n < steps; ++n) {
     simulation.step({.energy = n == 0 || n + 1 == steps, .snapshot = nullptr});
@@ -76,6 +78,7 @@ inline StackRun run(const Stack& s, double soil_step, int soil_steps = 1,
   }
   out.height = machine.body(body).r.y, out.velocity = machine.body(body).v.y;
   out.work = simulation.interface_work();
+  out.to_the_end = out.work.on_soil + machine.energy().external_work;
   out.closure =
       bed.energy().total() - bed.energy().boundary_work - start + machine.energy().balance() + out.work.error();
   return out;
