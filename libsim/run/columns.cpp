@@ -56,7 +56,10 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
     machine_values_.resize(world.machine->column_names().size());
   }
   if (world.bed) add_soil();
-  for (const Watch& watch : loaded.scenario.output.watch) add_watch(watch, loaded);
+  for (const Watch& watch : loaded.scenario.output.watch) {
+    add_watch(watch, loaded);
+    watches_.back().of_machine = is_of_machine(watches_.back());
+  }
   for (const SeriesColumn& c : columns_) {
     const auto same = [&](const SeriesColumn& other) { return other.unit == c.unit; };
     unit_of_.push_back(
@@ -163,7 +166,6 @@ void Columns::add_history(const Watch& watch, const Loaded& loaded) {
   source.column = static_cast<int>(of);
   source.history = static_cast<int>(histories_.size());
   histories_.emplace_back(rule);
-  history_before_.push_back(0);
   const bool time = watch.kind == Watch::Kind::time_above || watch.kind == Watch::Kind::time_below;
   source.target = add(watch.name, watch.kind == Watch::Kind::integral     ? unit_times_second(unit)
                                   : watch.kind == Watch::Kind::derivative ? unit_per_second(unit)
@@ -251,6 +253,18 @@ void Columns::add_watch(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
+bool Columns::is_of_machine(const WatchSource& w) const {
+  const auto one = [&](std::size_t column) {
+    return std::find(of_machine_instant_.begin(), of_machine_instant_.end(), column) != of_machine_instant_.end() ||
+           std::any_of(watches_.begin(), watches_.end(),
+                       [&](const WatchSource& other) { return other.target == column && other.of_machine; });
+  };
+  return !w.averaged && ((w.column >= 0 && one(static_cast<std::size_t>(w.column))) ||
+                         std::any_of(w.inputs.begin(), w.inputs.end(), one) ||
+                         std::any_of(w.components.begin(), w.components.end(),
+                                     [&](int c) { return one(static_cast<std::size_t>(c)); }));
+}
+
 double Columns::value_of(const WatchSource& w, std::span<const double> row) const {
   if (w.history >= 0) return w.kind == Watch::Kind::count ? std::floor(row[w.target] + 1e-9) : row[w.target];
   if (w.column >= 0) return row[static_cast<std::size_t>(w.column)];
@@ -282,7 +296,6 @@ bool Columns::history_needs_sums() const {
 }
 
 void Columns::follow(double t, std::span<double> row, std::span<double> middle) {
-  followed_before_ = std::exchange(followed_to_, t);
   for (const WatchSource& w : watches_) {
     if (w.averaged) continue;
     if (w.history < 0) {
@@ -290,22 +303,21 @@ void Columns::follow(double t, std::span<double> row, std::span<double> middle) 
       if (!middle.empty()) middle[w.target] = value_of(w, middle);
       continue;
     }
-    const auto i = static_cast<std::size_t>(w.history), of = static_cast<std::size_t>(w.column);
-    History& history = histories_[i];
-    history_before_[i] = history.value();
-    history.add(t, row[of], middle.empty() ? std::numeric_limits<double>::quiet_NaN() : middle[of]);
+    const auto of = static_cast<std::size_t>(w.column);
+    History& history = histories_[static_cast<std::size_t>(w.history)];
+    const double before = history.value();
+    if (machine_stands_ || !w.of_machine)
+      history.add(t, row[of], middle.empty() ? std::numeric_limits<double>::quiet_NaN() : middle[of]);
     row[w.target] = history.value();
-    if (!middle.empty()) middle[w.target] = 0.5 * (history_before_[i] + history.value());
+    if (!middle.empty()) middle[w.target] = 0.5 * (before + history.value());
   }
 }
 
-void Columns::follow_back(double t, std::span<double> row) const {
-  const double dt = followed_to_ - followed_before_, w_now = dt > 0 ? (t - followed_before_) / dt : 1;
+void Columns::follow_back(double t, std::span<double> row, bool of_machine) const {
   for (const WatchSource& w : watches_) {
-    if (w.history >= 0) {
-      const auto i = static_cast<std::size_t>(w.history);
-      row[w.target] = (1 - w_now) * history_before_[i] + w_now * histories_[i].value();
-    }
+    if (w.averaged) continue;
+    if (w.history >= 0 && w.of_machine == of_machine)
+      row[w.target] = histories_[static_cast<std::size_t>(w.history)].at(t);
     row[w.target] = value_of(w, row);
   }
 }
@@ -331,8 +343,7 @@ void Columns::request(std::vector<mbd::Request>& out) const {
 
 void Columns::archive_histories(Archive& a) {
   if (histories_.empty()) return;  // runs without are kept as they always were
-  a("histories", histories_)("history before", history_before_);
-  a("followed before", followed_before_)("followed to", followed_to_);
+  a("histories", histories_);
 }
 
 void Columns::take_machine(const mbd::Instant& at, std::span<double> row, bool means) {
@@ -346,6 +357,7 @@ void Columns::take(Taken when, std::span<double> row) const {
 }
 
 void Columns::take_instant(std::span<double> row) {
+  machine_stands_ = simulation_.window_begins();
   if (world_.machine) return take_instant(simulation_.time(), world_.machine->now(), row);
   row[0] = simulation_.time();
   keep_step_begin(row);

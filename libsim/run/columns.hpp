@@ -67,20 +67,15 @@ class Columns {
   bool of_history(std::size_t column) const;
   bool history_needs_sums() const;
   /// The instant t with all other columns in `row`: moves what is followed over time on to it. `middle`: a row halfway
-  /// since the instant before, or empty.
+  /// since the instant before, or empty. What the machine has of an instant is followed from window to window.
   void follow(double t, std::span<double> row, std::span<double> middle = {});
   /// What is followed over time, to follow it again from there.
-  struct Followed {
-    std::vector<History> histories;
-    std::vector<double> before;
-    double from = 0, to = 0;
-  };
-  Followed followed() const { return {histories_, history_before_, followed_before_, followed_to_}; }
-  void set_followed(const Followed& f) {
-    histories_ = f.histories, history_before_ = f.before, followed_before_ = f.from, followed_to_ = f.to;
-  }
-  /// `row` at a time after the instant before the last, as if followed to there only.
-  void follow_back(double t, std::span<double> row) const;
+  using Followed = std::vector<History>;
+  const Followed& followed() const { return histories_; }
+  void set_followed(const Followed& histories) { histories_ = histories; }
+  /// `row` at a time between the last two instants, as if followed to there only.
+  /// @param of_machine of what the machine has at the ends of windows, or of the rest
+  void follow_back(double t, std::span<double> row, bool of_machine) const;
   /// What each column of the row at an instant may change by from rounding alone: 1e-12 of the maximum value in the row
   /// with its unit, and for forces and moments of the maximum reaction of the machine. For machines alone.
   void rounding_of(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) const;
@@ -113,9 +108,11 @@ class Columns {
     std::vector<std::size_t> inputs{};                         ///< of the formula
     int history = -1;                                          ///< its place among those followed over time
     Watch::Kind kind = Watch::Kind::column;
-    bool averaged = false;  ///< a formula of columns of means
+    bool averaged = false;    ///< a formula of columns of means
+    bool of_machine = false;  ///< of what the machine has of an instant
   };
   double value_of(const WatchSource& w, std::span<const double> row) const;
+  bool is_of_machine(const WatchSource& w) const;
   std::size_t add(const std::string& name, const std::string& unit, bool whole = false);
   template <class Owner>
   void add(const ColumnFamily<Owner>& family, const std::string& owner, const Owner& of);
@@ -147,9 +144,8 @@ class Columns {
   std::vector<std::size_t> unit_of_;  ///< of each column: the first one with its unit
   std::vector<Source> sources_[3];    ///< by Taken
   std::vector<WatchSource> watches_;
+  bool machine_stands_ = true;  ///< at the instant taken last, and not at the start of a window
   std::vector<History> histories_;
-  std::vector<double> history_before_;  ///< their values at the instant before the last
-  double followed_before_ = 0, followed_to_ = 0;
   std::vector<std::size_t> summarised_, of_machine_instant_;
 };
 

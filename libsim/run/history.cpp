@@ -38,9 +38,13 @@ void History::add(double t, double y, double middle) {
     value_ = rule_.kind == Watch::Kind::count ? 0 : value_;
     return;
   }
-  if (!(t > t_) || (rule_.kind == Watch::Kind::derivative && t - t_ < rule_.shortest)) return take_jump(y);
+  before_ = value_;
+  if (!(t > t_) || (rule_.kind == Watch::Kind::derivative && t - t_ < rule_.shortest)) {
+    last_ = {.t = t_, .dt = 0, .y = y, .a = 0, .b = 0};
+    return take_jump(y);
+  }
   const Piece p = piece_to(t, y, middle);
-  t_ = t, y_ = y;
+  last_ = p, t_ = t, y_ = y;
   switch (rule_.kind) {
     case Watch::Kind::integral:
       value_ += p.integral_from(0);
@@ -61,6 +65,17 @@ void History::add(double t, double y, double middle) {
     default:
       take_time(p, rule_.kind == Watch::Kind::time_above ? 1 : -1);
   }
+}
+
+double History::at(double t) const {
+  if (!(t < t_) || !(last_.dt > 0)) return value_;
+  const double s = std::max(0.0, (t - last_.t) / last_.dt), rest = last_.integral_from(s);
+  if (std::isfinite(rest)) {
+    const double counted = counted_ - (1 - s) * last_.dt;
+    if (rule_.kind == Watch::Kind::integral) return value_ - rest;
+    if (rule_.kind == Watch::Kind::mean && t_ - rule_.within <= start_ && counted > 0) return (sum_ - rest) / counted;
+  }
+  return (1 - s) * before_ + s * value_;
 }
 
 void History::request(std::size_t column, std::vector<mbd::Request>& out) const {
@@ -187,7 +202,7 @@ void History::take_time(const Piece& p, double sign) {
 void History::archive(Archive& a) {
   a("begun", begun_)("start", start_)("t", t_)("y", y_)("value", value_)("sum", sum_)("counted", counted_)("side",
                                                                                                            side_);
-  a("pieces", pieces_)("peaks", peaks_);
+  a("pieces", pieces_)("peaks", peaks_)("last", last_)("before", before_);
 }
 
 std::string unit_times_second(const std::string& unit) {

@@ -34,6 +34,8 @@ class History {
   /// The next instant, or the same one behind a jump. `middle`: halfway since the one before; NaN: not known.
   void add(double t, double y, double middle);
   double value() const { return value_; }
+  /// At a time between the last two instants: integrals and means of the piece up to there, else on a line.
+  double at(double t) const;
   /// Adds the value that `column`, which is followed, has yet to pass, the extreme so far, or that it is integrated.
   void request(std::size_t column, std::vector<mbd::Request>& out) const;
   void archive(Archive& a);
@@ -63,6 +65,8 @@ class History {
   Rule rule_;
   bool begun_ = false;
   double start_ = 0, t_ = 0, y_ = 0, value_ = 0;
+  Piece last_;                    ///< up to t_
+  double before_ = 0;             ///< the value where it begins
   double sum_ = 0, counted_ = 0;  ///< of a mean: integral and time of `pieces_`
   int side_ = 0;
   std::deque<Piece> pieces_;  ///< of a mean: what lies within

@@ -75,7 +75,8 @@ bool MotionSamples::write(double t, const mbd::Instant& at, bool last) {
   const bool frame = o_.frame_due.due(t, o_.close) || last, row = o_.sample_due.due(t, o_.close) || last;
   if (row) {
     o_.columns.take_instant(t, at, o_.values);
-    if (o_.columns.has_history()) o_.columns.follow_back(t, o_.values);
+    if (o_.columns.has_history())
+      for (const bool of_machine : {true, false}) o_.columns.follow_back(t, o_.values, of_machine);
     o_.series->write(o_.values);
   }
   if (row && o_.fails(machine_fault(o_.s, o_.world, at))) return false;

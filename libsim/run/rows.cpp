@@ -34,6 +34,7 @@ void Rows::add(double t) {
     row.values[c] = between(c, before_.values[c], now_.values[c], share);
   }
   if (w == 0) row.values = now_.values;  // what is not finite too
+  if (w > 0 && w < 1) columns_.follow_back(t, row.values, false);
   row.values[0] = t;
   if (columns_.has_means() && t > held_until_) {  // at the first instant of all there is no interval yet
     means_.add(t - held_until_, before_.values);
@@ -56,6 +57,7 @@ void Rows::end_instant(bool machine_stands) {
       for (const std::size_t c : columns_.of_machine_instant())
         row.values[c] =
             w > 0 ? between(c, machine_before_.values[c], machine_now_.values[c], w) : machine_now_.values[c];
+      columns_.follow_back(w == 0 ? machine_now_.t : row.t, row.values, true);
       columns_.take_watches(row.values);
       series_.write(row.values);
     }

@@ -16,7 +16,7 @@ class Columns;
 /// hold what acts in the step that begins at t_n until t_{n+1}, as the coupling does, and are cut at the row. The
 /// machine's columns are known where its windows end: rows inside a window wait for that. Sums over all spheres that
 /// jump at t_n, where a block of soil enters and another leaves, are before it those of t_{n-1}. Counts and what is
-/// open or sticks are those of the nearer instant.
+/// open or sticks are those of the nearer instant; integrals and means over time are those up to the row.
 class Rows {
  public:
   Rows(const Columns& columns, SeriesWriter& series, double close);

@@ -159,6 +159,36 @@ TEST(RunHistory, MeansOfForcesAreOfSecondOrder) {
   }
 }
 
+// Beside soil a machine stands at the ends of steps, here of 50 us, or of windows of ten. A body that falls has v = -g
+// t, which is a line between them: integral and mean of rows in between are then right to rounding and the integrator's
+// 1e-10, whereas a line from step to step would be off by up to g (50 us)^2/8 = 3e-9 m.
+TEST(RunHistory, RowsBetweenStepsHaveTheIntegralUpToThem) {
+  const std::string text = R"(subsoil: 1
+materials: {stone: {density: 2500 kg/m^3}}
+contacts: [{between: [stone, stone], law: linear, k_n: 1 kN/m, restitution: 0.5, mu: 0.4}]
+soil:
+  container: {size: 100 100 100 mm, at: 0 0 0 m, material: stone}
+  bed: {fill: particles, material: stone, particles: [{position: 50 10 50 mm, radius: 10 mm}]}
+machine:
+  bodies: {weight: {mass: 1 kg, inertia: 0.01 kg m^2, at: 0 1 m}}
+time: {end: 5 ms, soil step: 50 us}
+output: {every: 5 ms, series every: 70 us, series digits: all, monitor: {way: {integral: weight.vy}, mean: {mean: weight.vy}}}
+)";
+  for (const char* steps : {"1", "10"}) {
+    const RunDirectory dir;
+    const std::string file = dir.scenario(text);
+    ASSERT_EQ(run_scenario(file, dir / "run", {"time.machine.soil steps per machine step=" + std::string(steps)}),
+              exit_ok);
+    const Series s = read_series(dir / "run" / "series.csv");
+    const std::vector<double>& t = s.at("time");
+    ASSERT_GT(t.size(), 70U);
+    for (std::size_t i = 1; i < t.size(); ++i) {
+      EXPECT_NEAR(s.at("way")[i], -0.5 * 9.81 * t[i] * t[i], 1e-12) << steps << " row " << i;
+      EXPECT_NEAR(s.at("mean")[i], -0.5 * 9.81 * t[i], 1e-9) << steps << " row " << i;
+    }
+  }
+}
+
 // 1 kHz over 0.5003 s, seen in rows of 1 ms: x' = v cos(w t), F = -(k v/w) sin(w t). Parabolas over half a step of
 // cvode, some 0.25 rad, leave 0.25^4/2880 of an integral of F^2, whose phase is twice that: some 2e-5.
 TEST(RunHistory, OfAFastVibrationIsWhatTheSineSays) {
