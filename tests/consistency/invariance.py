@@ -34,7 +34,8 @@ def translation(case):
     if not case.listed:
         return []
     far = 1024.0 if "soil" not in case.tree else 16.0
-    return in_other_frame(case, View(shift=(far, 0.25 * far, 0.0 if "soil" not in case.tree else 4.0)))
+    # A machine's plane is z = 0.
+    return in_other_frame(case, View(shift=(far, 0.25 * far, 0.0 if "machine" in case.tree else 4.0)))
 
 
 @relation("machine")

@@ -119,7 +119,9 @@ class MachineDraw:
             return Quantity((gap,), "m") if gap > 0.01 else None
         if key.name == "first radius":
             d = math.dist(a, b)
-            return Quantity((1.5 * d if inside else 0.4 * d,), "m")
+            # Disks of a joint touch; those of a contact do not, since rounding decides whether what touches has a slip.
+            apart = 0.97 if path == "machine.forces" else 1.0
+            return Quantity((1.5 / apart * d if inside else 0.4 * apart * d,), "m")
         if key.name == "second radius":
             d = math.dist(a, b)
             return Quantity((0.5 * d if inside else 0.6 * d,), "m")
