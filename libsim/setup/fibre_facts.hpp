@@ -20,7 +20,7 @@ struct FibreFacts {
   double mean_depth = 0;         ///< m, of what is buried
   double to_horizontal = 0;      ///< rad, mean angle of intact segments to the horizontal plane
   double to_x = 0;               ///< rad, to the x axis
-  double order = 0;  ///< nematic: largest eigenvalue of the mean of (3 u u - 1)/2; 0 in any direction, 1 parallel
+  double order = 0;  ///< nematic: maximum eigenvalue of the mean of (3 u u - 1)/2; 0 in any direction, 1 parallel
   std::size_t segments = 0;  ///< intact bonds
   std::size_t broken = 0;    ///< bonds, since the run began
 

@@ -28,13 +28,13 @@ struct FibreGroup {
 
 /// Of the scenario in its order, not numbered yet.
 std::vector<FibreGroup> fibre_groups(const Scenario& s);
-/// Whether spheres of a material are parts of fibres and nothing else. Not told of a bed from a file.
+/// Whether spheres of a material are parts of fibres and nothing else. A bed from a file does not state it.
 bool is_of_fibres_only(const Scenario& s, int material);
 /// What the stable step is asked for the law between two materials: with the sizes of the spheres that it acts between.
 /// Fibres are thinner and lighter than soil by far, and most laws never meet one.
 /// @param soil for spheres that are not of fibres only
 dem::StepQuestion question_between(const Scenario& s, const dem::StepQuestion& soil, int a, int b);
-/// World::fibres from SoilReport::fibres_from on: that number alone says which sphere belongs to which fibre.
+/// World::fibres from SoilReport::fibres_from on: that number alone states which sphere belongs to which fibre.
 void number_fibres(World& world);
 /// Number of the fibre that a sphere belongs to, over all groups from 0; -1: of none.
 std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id);
