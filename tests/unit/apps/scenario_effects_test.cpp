@@ -114,6 +114,7 @@ TEST(ScenarioEffects, EveryKeyOfTheseSectionsIsClassified) {
       "soil.bed.fill", "soil.bed.material", "soil.bed.layers", "soil.bed.settle", "soil.bed.settle.for",
       "soil.bed.settle.until", "soil.bed.settle.to", "soil.bed.settle.stages", "soil.bed.save", "soil.bed.rough floor",
       "soil.container", "soil.surface", "soil.bed", "soil.active", "soil.moving", "soil.clumps", "soil.inlets",
+      "soil.bed.fibres",
       // refused by the checks of the bed, with the fill that does not take them
       "soil.bed.radius", "soil.bed.pitch", "soil.bed.region", "soil.bed.count", "soil.bed.depth", "soil.bed.jitter",
       "soil.bed.file", "soil.bed.particles", "soil.bed.clumps", "soil.bed.placed",
