@@ -75,11 +75,26 @@ TEST(FibresOfAScenario, ARootDeflectsLikeACantilever) {
     deflection += moment * d / (modulus * inertia) * (n - k + 0.5) * d + force * d * ratio / (modulus * area);
   }
   EXPECT_NEAR(mean - tip[0], deflection, 5e-3 * deflection);
-  // Euler: 3.516 sqrt(E I/(w L^4)); a row of bonds is stiffer by 1/(4 n^2) and softer by shear, both below 1 %. The
-  // mass of the last sphere is that of a piece of rod which ends half a diameter beyond its centre.
-  const double length = (n + 0.5) * d,
-               omega = 3.516 * std::sqrt(modulus * inertia / (150 * area * std::pow(length, 4)));
-  EXPECT_NEAR(2 * M_PI * static_cast<double>(returns) / frames.times()[last], omega, 0.02 * omega);
+  // First mode of equal masses on these springs: largest eigenvalue of their flexibility, by repeated multiplication.
+  const auto flexibility = [&](int i, int j) {
+    double sum = 0;
+    for (int k = 1; k <= std::min(i, j); ++k)
+      sum += d / (modulus * inertia) * (i - k + 0.5) * d * (j - k + 0.5) * d + d * ratio / (modulus * area);
+    return sum;
+  };
+  std::vector<double> shape(n, 1.0);
+  double largest = 0;
+  for (int turn = 0; turn < 50; ++turn) {
+    std::vector<double> next(n, 0.0);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        next[static_cast<std::size_t>(i)] += flexibility(i + 1, j + 1) * shape[static_cast<std::size_t>(j)];
+    largest = next.back();
+    for (int i = 0; i < n; ++i) shape[static_cast<std::size_t>(i)] = next[static_cast<std::size_t>(i)] / largest;
+  }
+  const double omega = 1 / std::sqrt(weight / 1.0 * largest);
+  EXPECT_NEAR(2 * M_PI * static_cast<double>(returns) / frames.times()[last], omega, 3e-3 * omega)
+      << "the last return is within 0.25 ms of 0.4 s; rotary inertia";
   const nlohmann::json summary = summary_of(dir / "out"), root = summary["fibres"]["root"];
   EXPECT_EQ(root["at the end"]["intact bonds"], 19);
   EXPECT_NEAR(root["at the start"]["angle to the horizontal [rad]"], M_PI / 2, 1e-6);
@@ -103,17 +118,17 @@ contacts:
   - &law {between: [soil, soil], LAW}
   - {<<: *law, between: [soil, steel]}
   - {<<: *law, between: [soil, straw]}
-  - &straw {between: [straw, steel], law: linear, k_n: 12 kN/m, restitution: 0.3, mu: 0.3, mu_r: 0.05}
+  - &straw {between: [straw, steel], law: linear, k_n: 8 kN/m, restitution: 0.3, mu: 0.3, mu_r: 0.05}
   - <<: *straw
     between: [straw, straw]
     bond: fibre
     bond modulus: 1 MPa
-    bond tensile strength: 150 kPa
-    bond shear strength: 150 kPa
+    bond tensile strength: 60 kPa
+    bond shear strength: 60 kPa
     bond yield stress: 30 kPa
     bond damping: 0.05
 soil:
-  container: {size: 240 120 120 mm, at: 0 0 0 mm, material: steel}
+  container: {size: 240 120 120 mm, at: 0 0 0 mm, material: steel, open after settling: [-x]}
   surface: 0 mm
   bed:
     fill: rest-lattice
@@ -123,10 +138,9 @@ soil:
     settle: {for: 60 ms}
     fibres: {straw: {material: straw, length: 50 mm, diameter: 8 mm, mass per area: 1 kg/m^2, orientation: horizontal}}
 boundaries:
-  - {name: blade, shape: {box: 10 120 60 mm}, at: 40 95 60 mm, material: steel, moves: [{velocity: 0 -0.5 0 m/s, until: 120 ms}, {velocity: 1 0 0 m/s, from: 120 ms}]}
-limits: {overlap: 0.9}
-time: {end: 0.2 s, accuracy: 1}
-output: {precision: double, every: 20 ms, series every: 5 ms}
+  - {name: blade, shape: {box: 10 120 60 mm}, at: -8 38 60 mm, material: steel, moves: [{velocity: 0.6 0 0 m/s}]}
+time: {end: 0.15 s, accuracy: 1}
+output: {precision: double, contact forces: yes, every: 15 ms, series every: 5 ms}
 )";
 
 std::string pass(const std::string& law) {
@@ -172,7 +186,7 @@ TEST_P(StrawUnderABlade, EnergyClosesAndItsMassIsCounted) {
   EXPECT_EQ(straw["at the end"]["mass [kg]"], straw["at the start"]["mass [kg]"]);
 
   const nlohmann::json energy = summary["energy"];
-  EXPECT_LT(std::abs(energy["closure over work put in"].get<double>()), 1e-2);
+  EXPECT_LT(std::abs(energy["closure over work put in"].get<double>()), 1e-3);
   const Series series = read_series(dir / "out" / "series.csv");
   EXPECT_EQ(series.at("soil.broken").size(), series.rows());
 
@@ -203,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"Linear", kLinear},
         std::pair{"Hertz", "law: hertz-mindlin, E_eff: 0.5 MPa, G_eff: 0.2 MPa, restitution: 0.4, mu: 0.5, mu_r: 0.1"},
         std::pair{"Wet",
-                  "law: wet, K_X: 10 kN/m, C_X: 3 N s/m, K_Y: 8 kN/m, C_Y: 3 N s/m, K_B: 1 kN/m, dc: 1 mm, "
+                  "law: wet, K_X: 15 kN/m, C_X: 0.6 N s/m, K_Y: 12 kN/m, C_Y: 0.6 N s/m, K_B: 1 kN/m, dc: 1 mm, "
                   "dB: 1 mm, mu: 0.5, mu_r: 0.1"},
         std::pair{"Cohesive",
                   "law: linear, k_n: 10 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.1, cohesion: dmt, "
@@ -241,7 +255,9 @@ TEST(FibresOfAScenario, ARestartEndsWithTheSameBits) {
   const std::vector<Vec3> x = frame_positions(dir / "whole", a), y = frame_positions(dir / "again", b);
   ASSERT_EQ(x.size(), y.size());
   for (std::size_t i = 0; i < x.size(); ++i) ASSERT_EQ(x[i], y[i]) << i;
-  EXPECT_EQ(summary_of(dir / "whole")["fibres"], summary_of(dir / "again")["fibres"]);
+  const nlohmann::json one = summary_of(dir / "whole")["fibres"]["straw"],
+                       other = summary_of(dir / "again")["fibres"]["straw"];
+  for (const char* when : {"at the start", "at the end"}) EXPECT_EQ(one[when], other[when]) << when;
   EXPECT_EQ(FramesFile(dir / "whole" / "run.h5").fibre(), FramesFile(dir / "again" / "run.h5").fibre());
 }
 
@@ -281,15 +297,20 @@ TEST(FibresOfAScenario, RootsTakeThePlaceOfSoil) {
   const RunDirectory dir;
   const std::string file = dir.scenario(pass(kLinear));
   const std::vector<std::string> sets{"soil.bed.fibres.straw.region={at: 60 5 10 mm, size: 120 40 100 mm}",
-                                      "time.end=1 ms", "soil.bed.settle={until: 50 mm/s}",
-                                      "soil.bed.fibres.straw.mass per area=0.2 kg/m^2"};
+                                      "time.end=1 ms", "soil.bed.fibres.straw.mass per area=1.5 kg/m^2"};
   ASSERT_EQ(run_scenario(file, dir / "out", sets), exit_ok);
   const nlohmann::json summary = summary_of(dir / "out");
   EXPECT_GT(summary["soil"]["left out for fibres"].get<int>(), 5);
-  EXPECT_GT(summary["fibres"]["straw"]["at the start"]["buried share"].get<double>(), 0.5);
+  // In the bed: below its mean surface, which is at 0.
+  const FramesFile frames(dir / "out" / "run.h5");
+  const std::vector<Vec3> x = frame_positions(dir / "out", 0);
+  std::size_t all = 0, below = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (frames.fibre()[i] >= 0) ++all, below += x[i].y < 0 ? 1 : 0;
+  EXPECT_GT(below, 0.9 * static_cast<double>(all));
   EXPECT_LT(summary["run"]["largest overlap [share of a radius]"].get<double>(), 0.1);
   const double plan = 0.12 * 0.1;
-  EXPECT_NEAR(summary["fibres"]["straw"]["at the start"]["mass [kg]"].get<double>(), 0.2 * plan,
+  EXPECT_NEAR(summary["fibres"]["straw"]["at the start"]["mass [kg]"].get<double>(), 1.5 * plan,
               0.5 * kStraw * M_PI / 4 * kDiameter * kDiameter * kLength);
 }
 
