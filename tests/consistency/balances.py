@@ -72,9 +72,7 @@ def momentum_of_soil(case):
     table = case.base.table()
     if case.base.summary().get("soil", {}).get("spheres lost"):
         return []
-    mass = particles["density"] * 4.0 / 3.0 * math.pi * particles["radius"]**3
-    if "solid volume" in particles:
-        mass = particles["density"] * particles["solid volume"]
+    mass = particles["density"] * 4.0 / 3.0 * math.pi * particles["radius"]**3  # of a clump together: what its spheres share counts once
     listed = case.tree["soil"]["bed"].get("particles", [])
     free = numpy.array(["fixed" not in p for p in listed] + [True] * (len(mass) - len(listed)))
     owners = sorted({n[:-3] for n in table if n.endswith(".Fx") and not n.startswith(("soil on", "on ")) and not n.endswith(".soil.Fx")})

@@ -60,7 +60,14 @@ class Case:
             self._response = self._response or {}
         return self._response
 
-    def same(self, other, view=None, floor=None, skip=()):
+    def apart(self, one, view, other, beside):
+        """Change of every column, as a share of its size, between runs in two views."""
+        if not other.ended or len(one.table()["time"]) != len(other.table()["time"]):
+            return {}
+        pair = [{**compare.back(run.table(), v), **(spheres_back(run.spheres(), v) if "soil" in self.tree else {})} for run, v in ((one, view), (other, beside))]
+        return compare.differences(*pair, self.base.units)
+
+    def same(self, other, view=None, floor=None, skip=(), response=None):
         """Sentences about columns of `other`, a run of the same motion, that differ from the base run."""
         if other.code != self.base.code:
             return [f"exit code {other.code} against {self.base.code}: {last_line(other.text)}"]
@@ -86,7 +93,8 @@ class Case:
         moved = view is not None and (view.angle or view.mirror_x or any(view.shift))
         if moved and self.guessed and self.start_differs(mine, theirs, view):
             return []  # another start: relation `start in another frame` reports it
-        response = self.response()
+        most = 1e-3  # rounding of places far away that makes more is a fault
+        response = {name: max(self.response().get(name, 0.0), min(share, most)) for name, share in response.items()} if response else self.response()
         wide = {name: share for name, share in wide.items() if share > 10 * response.get(name, 0.0)}
         return [f"{name} differs by {share:.3g} of its size" for name, share in sorted(wide.items(), key=lambda p: -p[1])[:4]]
 

@@ -118,7 +118,7 @@ class SoilDraw:
         ratio, tilt = rng.choice([1.0, 2.0, 4.0, 10.0, 20.0]), self.rounded(0.05, 0.5)
         middle = (0.5 * (low[0] + high[0]), 0.05, 0.0)
         small = RADIUS / ratio
-        reach = RADIUS + small
+        reach = (RADIUS + small) * (1 - 1e-5)  # pressed together: with a law that adheres rounding decides whether what only touches is in contact
         at = (middle[0] + reach * math.sin(tilt), middle[1] + reach * math.cos(tilt), 0.0)
         return [{"position": Quantity(middle, "m", "point"), "radius": Quantity((RADIUS,), "m"), "fixed": Name("stone")},
                 {"position": Quantity(at, "m", "point"), "radius": Quantity((small,), "m")}]
