@@ -191,9 +191,8 @@ struct Bond {
   const char* word() const { return kind == Kind::fibre ? "fibre" : "parallel"; }
   static void refuse_without_bond(const char* name, double value) {
     if (!std::isnan(value))
-      throw std::invalid_argument(
-          "`" + std::string(name) +
-          "` belongs to bond: parallel, which here is none; leave it out, or change the word");
+      throw std::invalid_argument("`" + std::string(name) +
+                                  "` belongs to bond: parallel, which here is none; leave it out, or change the word");
   }
 
   /// Stiffness per area, N/m^3, and of the four springs, N/m and N m.
