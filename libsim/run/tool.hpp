@@ -51,7 +51,7 @@ class ToolProgress {
   void look_for_touch();
   std::size_t entered() const;  ///< that have stood in the soil
   bool steady() const;          ///< all that are in the soil have travelled far enough
-  bool at_the_end() const;  ///< one has come to the end of the soil
+  bool at_the_end() const;      ///< one has come to the end of the soil
   void archive(Archive& a) {
     for (Tool& tool : tools_) a("tool", tool);
     a("low", low_)("high", high_)("radius", radius_);

@@ -58,7 +58,8 @@ struct OptimisePlan {
     v.joined_text("set", set, "path=value for all runs, several with ; between, or a list");
     v.named("parameters", parameters,
             "what may be changed, with bounds; names are words of formulas: letters, digits, _");
-    v.named("numbers", numbers, "what is taken of every run, in the unit of its column or summary entry; names are words of formulas");
+    v.named("numbers", numbers,
+            "what is taken of every run, in the unit of its column or summary entry; names are words of formulas");
     v.text("minimise", minimise, "formula in numbers and parameters whose least value is sought");
     v.text("maximise", maximise, "in its place: formula whose largest value is sought");
     v.joined_text("constraints", constraints_text,
