@@ -295,12 +295,16 @@ TEST(ActiveBed, ASlowLoadWakesWhatItReaches) {
     Scene s = at_rest(kGrains, "grains");
     s.bed->set_active(sleeps ? std::optional(ActiveRule{0, below}) : std::nullopt);
     s.step(4000, false);  // 2 below/(0.02 g) is 0.05 s
-    if (sleeps) EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    if (sleeps) {
+      EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    }
     s.bed->set_time(0);
     Motion wall{1, s.bed->boundary(1).pose, {0.6 * below, 0, 0}, {}};
     const double before = -s.bed->boundary(1).wrench.force.x;
     for (int k = 0; k < 6000; ++k) wall.place(*s.bed), s.bed->step(kStep);
-    if (sleeps) EXPECT_LE(s.bed->frozen_count(), s.bed->spheres().size() - 512);  // more than the block at the wall
+    if (sleeps) {
+      EXPECT_LE(s.bed->frozen_count(), s.bed->spheres().size() - 512);
+    }  // more than the block at the wall
     return -s.bed->boundary(1).wrench.force.x - before;
   };
   const double free = resistance(false);
