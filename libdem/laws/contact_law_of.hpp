@@ -1,12 +1,12 @@
 #pragma once
 #include <cmath>
 #include <concepts>
-#include <cstdlib>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "libdem/base/range.hpp"
 #include "libdem/laws/bonded.hpp"
 #include "libdem/laws/cohesive.hpp"
 #include "libdem/laws/friction.hpp"
@@ -44,11 +44,12 @@ struct LawWord {
 /// Throws std::invalid_argument for a parameter that is missing or outside the range that describe() states.
 struct ParameterCheck {
   void card(auto&&...) {}
-  void quantity(const char* key, double value, const char*, const char* range, auto&&...) {
-    if (std::isnan(value)) throw std::invalid_argument(std::string(key) + ": is missing; its range is " + range);
+  void quantity(const char* key, double value, const char*, const Range& range, auto&&...) {
+    if (std::isnan(value))
+      throw std::invalid_argument(std::string(key) + ": is missing; its range is " + std::string(range.text()));
     refuse_outside(key, value, range);
   }
-  void derived(const char* key, double value, const char*, const char* range, auto&&...) {
+  void derived(const char* key, double value, const char*, const Range& range, auto&&...) {
     if (!std::isnan(value)) refuse_outside(key, value, range);
   }
   void exponent(auto&&...) {}
@@ -57,14 +58,10 @@ struct ParameterCheck {
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, std::type_identity_t<E>>>, const char*) {}
 
  private:
-  /// @param range such as "(0, 1]" or "[0, inf)"
-  static void refuse_outside(const char* key, double value, const char* range) {
-    char* end = nullptr;
-    const double low = std::strtod(range + 1, &end), high = std::strtod(end + 1, &end);
-    while (*end == ' ') ++end;
-    const bool inside = (*range == '(' ? value > low : value >= low) && (*end == ')' ? value < high : value <= high);
-    if (!inside)
-      throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ": must be in " + range);
+  static void refuse_outside(const char* key, double value, const Range& range) {
+    if (!range.contains(value))
+      throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ": must be in " +
+                                  std::string(range.text()));
   }
 };
 
