@@ -5,29 +5,20 @@
 #include <numbers>
 
 #include "apps/commands/command_pages.hpp"
-#include "libsim/document/quantity.hpp"
+#include "apps/commands/quantity_option.hpp"
 
 namespace subsoil::sim {
 namespace {
 
-/// Values of flags with their unit; a fault names the flag.
-double value_of(const char* flag, const std::string& text, const char* unit) {
-  try {
-    return parse_quantity(text, unit);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(fmt::format("{} {}: {}", flag, text, error.what()));
-  }
-}
-
 double stress_of(const char* flag, const std::string& text) {
-  const double value = value_of(flag, text, "Pa");
+  const double value = quantity_option(flag, text, "Pa", false);
   if (!(value >= 0)) throw std::invalid_argument(fmt::format("{} {}: must not be negative", flag, text));
   return value;
 }
 
 /// Of a slope that a soil or a surface can have.
 double friction_angle_of(const char* flag, const std::string& text) {
-  const double value = value_of(flag, text, "rad");
+  const double value = quantity_option(flag, text, "rad", false);
   if (!(value >= 0 && value < 0.5 * std::numbers::pi))
     throw std::invalid_argument(fmt::format("{} {}: must be from 0 to below 90 deg", flag, text));
   return value;
@@ -62,9 +53,10 @@ int report_command(const ReportWords& words) {
   request.runs.assign(words.runs.begin(), words.runs.end());
   request.out = words.out;
   request.source = words.source;
-  if (!words.from.empty()) request.from = value_of("--from", words.from, "s");
-  if (!words.until.empty()) request.until = value_of("--until", words.until, "s");
-  if (!words.slice.empty()) request.slice = value_of("--slice", words.slice, "m"), request.slice_given = true;
+  if (!words.from.empty()) request.from = quantity_option("--from", words.from, "s", false);
+  if (!words.until.empty()) request.until = quantity_option("--until", words.until, "s", false);
+  if (!words.slice.empty())
+    request.slice = quantity_option("--slice", words.slice, "m", false), request.slice_given = true;
   if (words.cohesion.empty() != words.friction.empty())
     throw std::invalid_argument("--cohesion and --friction-angle belong together; give both, or --shear FOLDER");
   if (!words.shear.empty()) request.soil = read_strength(words.shear);
