@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "libsim/io/atomic_file.hpp"
-
 namespace subsoil::sim {
 
 std::string stl_text(const dem::TriangleMesh& mesh, const std::string& name) {
@@ -18,10 +16,6 @@ std::string stl_text(const dem::TriangleMesh& mesh, const std::string& name) {
     text += "endloop\nendfacet\n";
   }
   return text + fmt::format("endsolid {}\n", name);
-}
-
-void write_stl(const std::filesystem::path& path, const dem::TriangleMesh& mesh, const std::string& name) {
-  write_atomically(path, stl_text(mesh, name));
 }
 
 }  // namespace subsoil::sim

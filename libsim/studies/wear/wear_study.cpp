@@ -56,8 +56,7 @@ class Wearing {
   explicit Wearing(const WearRequest& request)
       : r_(request), folder_(std::filesystem::absolute(request.out)), base_(read_run_folder(request.run)) {
     result_.surfaces = worn_surfaces(base_, r_.law);
-    if (!r_.hectares.empty()) result_.strip = worked_strip(base_, r_.width, r_.length);
-    if (r_.width && r_.length) result_.strip = worked_strip(base_, r_.width, r_.length);
+    if (!r_.hectares.empty() || (r_.width && r_.length)) result_.strip = worked_strip(base_, r_.width, r_.length);
     result_.steps = steps_of(r_, result_.strip);
     std::filesystem::create_directories(folder_);
   }

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "libsim/document/document.hpp"
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/frames_file.hpp"
 #include "libsim/scenario/load.hpp"
@@ -94,15 +95,6 @@ WornSurface worn_surface(const RunFolder& run, const FramesFile& frames, const K
   return out;
 }
 
-/// Of a surface of a machine or a boundary, whose key has its name at the end.
-const Node* at(const Node& tree, const WornSurface& surface) {
-  const Node::Entry* const machine = tree.find("machine");
-  if (surface.key.starts_with("machine.")) return &machine->value.find("surfaces")->value.find(surface.name)->value;
-  for (const Node& one : tree.find("boundaries")->value.items)
-    if (one.find("name")->value.scalar == surface.name) return &one;
-  return nullptr;
-}
-
 void on_one_line(Node& node) {
   node.flow = true, node.comment.clear();
   for (Node& item : node.items) on_one_line(item);
@@ -165,7 +157,13 @@ std::vector<std::string> sets_of_meshes(const Scenario& scenario, const std::vec
                                         const std::vector<std::string>& files) {
   const Node tree = explicit_tree(with_meshes(scenario, surfaces, files));
   std::vector<std::string> out;
-  for (const WornSurface& one : surfaces) out.push_back(one.key + "=" + one_line(*at(tree, one)));
+  for (const WornSurface& one : surfaces) {
+    const Node* const node = find_path(tree, one.key);
+    if (node == nullptr)
+      throw std::invalid_argument(
+          fmt::format("{}: --set finds no such surface; give it a name without `.` and `[`", one.key));
+    out.push_back(one.key + "=" + one_line(*node));
+  }
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/scenario/shapes/mesh.hpp"
@@ -26,7 +27,7 @@ constexpr double blade_volume = 0.02 * 0.09 * 0.03;
 struct WornPass : RunDirectory {
   std::filesystem::path out = *this / "pass";
   explicit WornPass(const std::string& wear = "wear: {coefficient: 1e-3, hardness: 2 GPa}") {
-    write_stl(*this / "blade.stl", subsoil::test::grid_box({0.02, 0.09, 0.03}, 6), "blade");
+    write_atomically(*this / "blade.stl", stl_text(subsoil::test::grid_box({0.02, 0.09, 0.03}, 6), "blade"));
     run_with(fmt::format("mesh: {}, unit: m, {}", (*this / "blade.stl").string(), wear));
   }
   void run_with(const std::string& shape_and_wear, const char* end = "0.15 s") {
@@ -147,7 +148,7 @@ TEST(Wear, TheNextPassRunsWithTheWornTool) {
                                                        result.surfaces, {step.surfaces[0].file.string()});
   EXPECT_EQ(write_scenario(load_scenario((pass.out / "scenario.yaml").string(), sets).scenario),
             write_scenario(next.scenario));
-  // Another shape, another draft; the wear goes on.
+  // Another shape, another draft; the wear continues.
   const nlohmann::json after = summary_of(pass / "next"), before = summary_of(pass.out);
   EXPECT_GT(after.at("wear").at("blade").at("Archard").at("worn volume [m3]").get<double>(), 0);
   EXPECT_NE(after.at("columns").at("draft").at("mean in window"),
