@@ -73,6 +73,8 @@ Difference::Kind kind_of(const std::string& key) {
   return Difference::Kind::physics;
 }
 
+std::string shown(const std::string& value) { return value.empty() ? "left out" : value; }
+
 }  // namespace
 
 std::vector<Difference> differences(const std::string& before, const std::string& now) {
@@ -106,7 +108,6 @@ void refuse_changes(const std::vector<Difference>& found, const std::vector<std:
   for (const Difference& d : found) {
     if (d.kind == Difference::Kind::harmless) continue;
     const bool asked = std::any_of(wished.begin(), wished.end(), [&](const auto& w) { return within(d.key, w); });
-    const auto shown = [](const std::string& value) { return value.empty() ? std::string("left out") : value; };
     const std::string line =
         fmt::format("{}: the state was written with {} = {}, now {}: ", state, d.key, shown(d.before), shown(d.now));
     if (d.kind == Difference::Kind::impossible)
@@ -130,7 +131,6 @@ void refuse_other_bed(const std::vector<Difference>& found, const std::string& s
     // Where a file lies is another matter in another folder.
     const bool of_file = d.key.ends_with(".file") || d.key.ends_with(".import") || d.key.ends_with(".mesh");
     if (d.kind != Difference::Kind::impossible || !of_soil || of_file) continue;
-    const auto shown = [](const std::string& value) { return value.empty() ? std::string("left out") : value; };
     text += fmt::format(
         "{}: its bed was made with {} = {}, the scenario has {}; leave `start` out, or make the state again\n", state,
         d.key, shown(d.before), shown(d.now));
