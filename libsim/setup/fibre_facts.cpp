@@ -77,8 +77,7 @@ class SoilFromAbove {
 /// Bands of two mean diameters of the soil or thicker, of which no more than twelve reach to the floor.
 constexpr double kBandDiameters = 2, kMostBands = 12;
 
-void take_depths(const World& world, const FibreGroup& group, FibreFacts& out) {
-  const SoilFromAbove soil(world);
+void take_depths(const World& world, const SoilFromAbove& soil, const FibreGroup& group, FibreFacts& out) {
   const double deep = std::max(world.soil.surface_mean - soil.lowest(), soil.diameter());
   const double bands = std::clamp(std::floor(deep / (kBandDiameters * soil.diameter())), 1.0, kMostBands);
   out.band = deep / bands;
@@ -126,15 +125,17 @@ std::size_t broken_bonds(const World& world, const FibreGroup& group) {
 
 double buried_share(const World& world, const FibreGroup& group) {
   FibreFacts facts;
-  take_depths(world, group, facts);
+  take_depths(world, SoilFromAbove(world), group, facts);
   return facts.mass > 0 ? facts.buried / facts.mass : 0;
 }
 
 std::vector<FibreFacts> fibre_facts(const World& world) {
   std::vector<FibreFacts> out;
+  if (world.fibres.empty()) return out;
+  const SoilFromAbove soil(world);
   for (const FibreGroup& group : world.fibres) {
     FibreFacts& facts = out.emplace_back();
-    take_depths(world, group, facts);
+    take_depths(world, soil, group, facts);
     take_directions(world, group, facts);
     facts.broken = broken_bonds(world, group);
   }
