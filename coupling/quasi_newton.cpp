@@ -23,10 +23,7 @@ void QuasiNewton::take(const Eigen::VectorXd& value) {
       g.col(k) = of_value_[static_cast<std::size_t>(k)];
     }
     // Of dependent columns the pivoting leaves out what rounding made of them.
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-    qr.setThreshold(1e-8);
-    qr.compute(r);
-    at_ -= g * qr.solve(residual);
+    at_ -= g * mbd::least_squares(r, residual, 1e-8).x;
   }
   value_ = value, residual_ = std::move(residual);
 }

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/base/dense.hpp"
 
 namespace subsoil::mbd {
@@ -90,20 +89,17 @@ Dependencies find_dependencies(const System& system, const Eigen::MatrixXd& whol
   if (kept.empty()) return found;
   const Eigen::MatrixXd jacobian = whole(kept, Eigen::all);
   // Most machines have none, and a QR finds that out in a hundredth of the time that singular values take.
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(rank_share);
-  qr.compute(jacobian.transpose());
-  found.rank = static_cast<int>(qr.rank());
+  found.rank = static_cast<int>(rank_of(jacobian.transpose(), rank_share));
   if (found.rank == jacobian.rows()) return found;
   found.rank = 0;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeFullU);
-  const auto& sigma = svd.singularValues();
+  const SingularValues svd = singular_values(jacobian);
+  const Eigen::VectorXd& sigma = svd.values;
   while (found.rank < sigma.size() && sigma[found.rank] > rank_share * sigma[0]) ++found.rank;
   const auto surplus = jacobian.rows() - found.rank;
   if (surplus == 0) return found;
   // Several independent dependencies mix freely in the null space; row reduction separates them where they are
   // separate, so that each sentence names one closed group.
-  Eigen::MatrixXd null = svd.matrixU().rightCols(surplus).transpose();
+  Eigen::MatrixXd null = svd.left.rightCols(surplus).transpose();
   for (Eigen::Index k = 0; k < surplus; ++k) {
     Eigen::Index row = 0, column = 0;
     null.bottomRows(surplus - k).cwiseAbs().maxCoeff(&row, &column);

@@ -814,12 +814,12 @@ Partition::LockedFriction Partition::solve_strong_friction(MotionState& m) {
       slope.col(k) = (next(beside) - t) / (friction_difference * size);
     }
     m.lambda = solution;
-    const Eigen::EigenSolver<Eigen::MatrixXd> solver(slope);
+    const auto [values, vectors] = eigenvectors(slope);
     Eigen::Index fastest = 0, largest = 0;
-    found.returned = solver.eigenvalues().cwiseAbs().maxCoeff(&fastest);
-    solver.eigenvectors().col(fastest).cwiseAbs().maxCoeff(&largest);
+    found.returned = values.cwiseAbs().maxCoeff(&fastest);
+    vectors.col(fastest).cwiseAbs().maxCoeff(&largest);
     found.row = static_cast<int>(rows[static_cast<std::size_t>(largest)]);
-    y += (Eigen::MatrixXd::Identity(n, n) - slope).partialPivLu().solve(t - y);
+    y += solve(Eigen::MatrixXd::Identity(n, n) - slope, t - y);
   }
   return found;
 }

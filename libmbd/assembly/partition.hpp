@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -35,7 +35,8 @@ struct BlowUp : MotionFault {
 };
 
 /// Throws BlowUp with time and body when a state is no motion of a machine any more: not a number, a
-/// million lengths of the machine away or faster than 1e7 of them in a second.
+/// million lengths of the machine from its start at a speed that takes a tenth of the time t for it, or faster than 1e7
+/// lengths in a second.
 void refuse_blow_up(const System& system, const MotionState& m);
 
 /// Generalised coordinate partitioning (Wehage & Haug 1982; model.md section 1): q -> (u dependent, v independent),

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/assembly/least_norm.hpp"
+#include "libmbd/base/dense.hpp"
 #include "libmbd/controllers.hpp"
 
 namespace subsoil::mbd {

@@ -4,9 +4,9 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/assembly/partition.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
+#include "libmbd/base/dense.hpp"
 #include "libmbd/base/slope.hpp"
 #include "libmbd/equilibrium/relaxation.hpp"
 #include "libmbd/forces/beam_element.hpp"

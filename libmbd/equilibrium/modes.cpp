@@ -152,8 +152,7 @@ MatrixXd rows_of_unit_size(MatrixXd z) {
 /// How many columns of `z` are independent, to 1e-4 for the same reason.
 Eigen::Index rank_of(const MatrixXd& z) {
   if (z.cols() == 0 || z.rows() == 0) return 0;
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(z);
-  return (qr.matrixR().diagonal().array().abs() > 1e-4).count();
+  return (pivots(z).array() > 1e-4).count();
 }
 
 }  // namespace
@@ -169,12 +168,12 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   MatrixXd error = balanced(linear.error());
   // Rounding of the eigenvalue problem: a small multiple of eps |A|.
   error.array() += 4 * std::numeric_limits<double>::epsilon() * a.norm();
-  const Eigen::EigenSolver<MatrixXd> solver(MatrixXd(a + split_zeros(a)));
-  const Eigen::MatrixXcd right = solver.eigenvectors(), left = right.partialPivLu().inverse();
+  const auto [values, right] = eigenvectors(a + split_zeros(a));
+  const Eigen::MatrixXcd left = inverse(right);
   constexpr double certain = 10;  // errors are estimates
   std::vector<Eigen::Index> zeros;
   for (Eigen::Index i = 0; i < a.rows(); ++i) {
-    const auto s = solver.eigenvalues()[i];
+    const auto s = values[i];
     // First order: |ds| <= |y|^T E |x| with y^T x = 1. Of a zero pair that rounding has split it is of its own size.
     const double off = left.row(i).cwiseAbs() * error * right.col(i).cwiseAbs();
     if (std::abs(s) <= certain * off || s == 0.0) {

@@ -225,7 +225,7 @@ struct Cvode::Solver {
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j) scaled(i, j) = jacobian(place(i), j) * scale(j) / scale(i);
     if (n == 0 || !scaled.allFinite()) return out;
-    const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(scaled, false).eigenvalues();
+    const Eigen::VectorXcd values = eigenvalues(scaled);
     for (const std::complex<double>& value : values) {
       const double size = std::abs(value);
       out.radius = std::max(out.radius, size);

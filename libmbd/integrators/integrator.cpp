@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/assembly/least_norm.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
+#include "libmbd/base/dense.hpp"
 #include "libmbd/integrators/adams_moulton.hpp"
 #include "libmbd/integrators/cvode.hpp"
 #include "libmbd/integrators/ida.hpp"

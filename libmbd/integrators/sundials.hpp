@@ -3,7 +3,7 @@
 // What both users of SUNDIALS share: the one place where its return codes are looked at, and owners of its objects.
 // Only sources of libmbd include it; SUNDIALS' own headers stay in sources, so its handles are declared here.
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <exception>
 #include <string>
 

@@ -1,12 +1,12 @@
 #include "libsim/post/statistics.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/io/block_mean.hpp"
 
 namespace subsoil::sim {
@@ -133,7 +133,7 @@ void take_trend_off(Samples& s) {
     normal.noalias() += s.shares[i] * row * row.transpose();
     right += s.shares[i] * s.values[i] * row;
   }
-  const Eigen::Vector2d x = normal.ldlt().solve(right);
+  const Eigen::Vector2d x = mbd::solve(normal, right);
   for (std::size_t i = 0; i < s.u.size(); ++i) s.values[i] -= x[0] + x[1] * s.u[i];
 }
 
@@ -151,7 +151,7 @@ SineFit fit_sine(const Samples& s, double k) {
     normal.noalias() += s.shares[i] * row * row.transpose();
     right += s.shares[i] * y * row, squares += s.shares[i] * y * y;
   }
-  const Eigen::Vector4d x = normal.ldlt().solve(right);
+  const Eigen::Vector4d x = mbd::solve(normal, right);
   return {std::hypot(x[2], x[3]), squares - x.dot(right)};
 }
 

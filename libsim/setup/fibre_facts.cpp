@@ -1,6 +1,6 @@
 #include "libsim/setup/fibre_facts.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libdem/packing/measure.hpp"
+#include "libmbd/base/dense.hpp"
 #include "libsim/setup/world.hpp"
 
 namespace subsoil::sim {
@@ -49,11 +50,11 @@ class SoilFromAbove {
 
  private:
   /// With its images beyond periodic sides.
-  void add(dem::Sphere s) {
+  void add(const dem::Sphere& s) {
     largest_ = std::max(largest_, s.r);
-    s.x = cell_.wrapped(s.x);
     const std::size_t first = soil_.size();
     soil_.push_back(s);
+    soil_.back().x = cell_.wrapped(s.x);
     for (const int d : {0, 2})
       if (cell_.length[d] > 0)
         for (std::size_t n = first, count = soil_.size(); n < count; ++n)
@@ -112,7 +113,7 @@ void take_directions(const World& world, const FibreGroup& group, FibreFacts& ou
   if (out.segments == 0) return;
   const double n = static_cast<double>(out.segments);
   out.to_horizontal /= n, out.to_x /= n;
-  out.order = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum / n).eigenvalues().maxCoeff();
+  out.order = mbd::eigenvalues(sum / n).real().maxCoeff();
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 #include "libsim/setup/yielding.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -23,7 +24,7 @@ Eigen::Matrix3d mobility(const mbd::System& system, int body) {
   for (Eigen::Index d = 0; d < 3; ++d) own(at + d, d) = root[at + d];
   if (constraints.jacobian.rows() > 0) {
     const Eigen::MatrixXd s = root.asDiagonal() * constraints.jacobian.transpose();
-    own -= s * s.completeOrthogonalDecomposition().solve(own);
+    own = mbd::outside_range(s, own);
   }
   return own.transpose() * own;  // the projector is its own square
 }

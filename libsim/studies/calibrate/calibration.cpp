@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/studies/calibrate/store.hpp"
 #include "libsim/studies/calibrate/surrogate.hpp"
 #include "libsim/studies/laboratory/tests.hpp"
@@ -213,10 +214,10 @@ class Calibrator {
             (s.value(up) - s.value(down)) / (up[j] - down[j]) / deviations_[static_cast<std::size_t>(k)];
       }
     }
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(out_.slopes, Eigen::ComputeFullV);
-    out_.directions = svd.matrixV();
+    const mbd::SingularValues svd = mbd::singular_values(out_.slopes);
+    out_.directions = svd.right;
     out_.strengths = Eigen::VectorXd::Zero(count());
-    out_.strengths.head(svd.singularValues().size()) = svd.singularValues();
+    out_.strengths.head(svd.values.size()) = svd.values;
     for (int j = 0; j < count(); ++j) {
       const PlanParameter& p = plan_.parameters[static_cast<std::size_t>(j)];
       const auto [low, high] = profile(j);

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <functional>
 #include <vector>
 

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/base/student.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
@@ -85,10 +85,10 @@ Slope narrowest(const std::vector<double>& d, const std::vector<std::vector<int>
     const auto terms = static_cast<Eigen::Index>(powers.size());
     Eigen::MatrixXd x(n, terms);
     for (Eigen::Index k = 0; k < terms; ++k) x.col(k) = h.array().pow(powers[static_cast<std::size_t>(k)]);
-    const Eigen::VectorXd fit = x.colPivHouseholderQr().solve(y);
+    const Eigen::VectorXd fit = mbd::least_squares(x, y).x;
     const auto freedom = static_cast<double>(n - terms);
     const double scatter = (y - x * fit).squaredNorm() / freedom;
-    const double variance = (x.transpose() * x).ldlt().solve(Eigen::VectorXd::Unit(terms, 0))[0];
+    const double variance = mbd::inverse_of_square(x)(0, 0);
     const double error = student_t(freedom) * std::sqrt(scatter * variance);
     if (error < best.error) best = {fit[0], error};
   }

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/studies/impact/intervals.hpp"
 #include "libsim/studies/impact/measured.hpp"
 
@@ -193,12 +193,11 @@ void refuse_unidentifiable(const Eigen::MatrixXd& jacobian, const std::vector<Kn
   if (!dead.empty())
     throw std::invalid_argument(fmt::format(
         "the data do not depend on {}: measure what it changes, or leave it out of --free", fmt::join(dead, " and ")));
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
-  const Eigen::VectorXd sizes = svd.singularValues();
+  const auto [sizes, left, right] = mbd::singular_values(scaled);
   if (jacobian.rows() >= jacobian.cols() && sizes[0] <= apart * sizes[sizes.size() - 1]) return;
   std::vector<std::string> mixed;
   for (Eigen::Index k = 0; k < scaled.cols(); ++k)
-    if (jacobian.rows() < jacobian.cols() || std::abs(svd.matrixV()(k, scaled.cols() - 1)) > 0.1)
+    if (jacobian.rows() < jacobian.cols() || std::abs(right(k, scaled.cols() - 1)) > 0.1)
       mixed.push_back(knobs_free[static_cast<std::size_t>(k)].name);
   throw std::invalid_argument(
       fmt::format("the data cannot tell {} apart: add speeds or measured columns, or free fewer "

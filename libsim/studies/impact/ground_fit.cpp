@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/studies/impact/intervals.hpp"
 #include "libsim/studies/impact/measured.hpp"
 
@@ -78,12 +78,12 @@ ImpactFit fit_ground(const LoadedStudy& loaded, const std::filesystem::path& fil
     for (auto r = fixed; r != regressors.end(); ++r) y[i] -= *r->exponent * r->of(p);
     for (Eigen::Index k = 1; k < columns; ++k) a(i, k) = regressors[static_cast<std::size_t>(k - 1)].of(p);
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
-  if (qr.rank() < columns)
+  const auto [p, rank] = mbd::least_squares(a, y);
+  if (rank < columns)
     throw ScenarioError(file.string() +
                         ": depth, speed and mass change together here, so their powers cannot be told "
                         "apart; measure one depth at several speeds");
-  const Eigen::VectorXd p = qr.solve(y), residual = a * p - y;
+  const Eigen::VectorXd residual = a * p - y;
   law->K0 = std::exp(p[0]);
   for (Eigen::Index k = 1; k < columns; ++k) *regressors[static_cast<std::size_t>(k - 1)].exponent = p[k];
   std::vector<FitName> names{{"K0", "N/m", true}};

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/base/student.hpp"
 
 namespace subsoil::sim {
@@ -13,7 +14,7 @@ void add_intervals(ImpactFit& fit, const Eigen::MatrixXd& jacobian, const Eigen:
   fit.freedoms = static_cast<int>(residuals.size() - at.size());
   fit.spread = fit.freedoms > 0 ? residuals.norm() / std::sqrt(fit.freedoms) : 0;
   fit.worst = residuals.cwiseAbs().maxCoeff();
-  const Eigen::MatrixXd covariance = (jacobian.transpose() * jacobian).inverse();
+  const Eigen::MatrixXd covariance = mbd::inverse_of_square(jacobian);
   const double quantile =
       fit.freedoms > 0 ? student_t(fit.freedoms, fit.confidence) : std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < names.size(); ++k) {

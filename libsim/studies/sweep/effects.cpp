@@ -1,10 +1,10 @@
 #include "libsim/studies/sweep/effects.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "libmbd/base/dense.hpp"
 #include "libsim/base/student.hpp"
 #include "libsim/post/statistics.hpp"
 
@@ -79,11 +79,10 @@ Plane plane(const Study& study, const std::vector<PointResult>& results, const s
       x(i, j) = (study.points[k].places[out.parameters[static_cast<std::size_t>(j - 1)]] - low) / (high - low);
     }
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(x);
-  if (solver.rank() < m) return {};
-  const Eigen::VectorXd b = solver.solve(y);
+  const auto [b, rank] = mbd::least_squares(x, y);
+  if (rank < m) return {};
   const double variance = (y - x * b).squaredNorm() / static_cast<double>(n - m);
-  const Eigen::MatrixXd inverse = (x.transpose() * x).inverse();
+  const Eigen::MatrixXd inverse = mbd::inverse_of_square(x);
   out.slope = b.tail(m - 1);
   out.half = (student_t(static_cast<double>(n - m)) * (variance * inverse.diagonal()).array().sqrt()).tail(m - 1);
   return out;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
@@ -18,6 +17,7 @@
 
 #include "libdem/geometry/mesh_edges.hpp"
 #include "libdem/geometry/mesh_surface.hpp"
+#include "libmbd/base/dense.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -156,9 +156,10 @@ Vec3 motion_of(const std::vector<std::uint32_t>& fans, const Points& normal, con
     for (int i = 0; i < 3; ++i) a(r, i) = normal[fan][i];
     b[r] = -depth[fan];
   }
-  Eigen::JacobiSVD<Eigen::MatrixXd> solver(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  solver.setThreshold(same_plane);
-  const Eigen::Vector3d u = solver.solve(b);
+  const mbd::SingularValues svd = mbd::singular_values(a);
+  Eigen::Vector3d u = Eigen::Vector3d::Zero();
+  for (Eigen::Index k = 0; k < svd.values.size() && svd.values[k] >= same_plane * svd.values[0]; ++k)
+    u += svd.left.col(k).dot(b) / svd.values[k] * svd.right.col(k);
   return {u[0], u[1], u[2]};
 }
 
