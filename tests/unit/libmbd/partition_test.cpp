@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "libmbd/assembly/assembly.hpp"
@@ -43,10 +44,26 @@ TEST(BlowUp, SaysBeyondWhat) {
   MotionState m;
   m.q = system.start_position(), m.velocity = system.start_velocity();
   EXPECT_NO_THROW(refuse_blow_up(system, m));
+  Model far = loop(3);
+  for (Body& b : far.bodies) b.pose[0] += 2e6;
+  const System elsewhere(std::move(far));
+  MotionState there = m;
+  there.q = elsewhere.start_position();
+  EXPECT_NO_THROW(refuse_blow_up(elsewhere, there)) << "far from the origin is no motion";
+  MotionState shaft = m;  // 300 rad/s for two hours, and what turns a thousand times as fast at the end
+  shaft.t = 7200, shaft.q[2] += 300 * shaft.t, shaft.velocity[2] = 300;
+  EXPECT_NO_THROW(refuse_blow_up(system, shaft));
+  shaft.velocity[2] = 3e5;
+  EXPECT_THROW(refuse_blow_up(system, shaft), BlowUp);
+  shaft.q[2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(refuse_blow_up(system, shaft), BlowUp);
   m.velocity[2] = 1e9;
   const std::string text = test::message_of<BlowUp>([&] { refuse_blow_up(system, m); });
   EXPECT_NE(text.find("body 'bar 0'"), std::string::npos) << text;
-  EXPECT_NE(text.find("beyond a million lengths of the machine or ten million in a second"), std::string::npos) << text;
+  EXPECT_NE(text.find("beyond a million lengths of the machine from its start within a tenth of the time, or ten "
+                      "million in a second"),
+            std::string::npos)
+      << text;
 }
 
 void compare_with_dense(Model model) {
