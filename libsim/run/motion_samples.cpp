@@ -87,7 +87,8 @@ bool MotionSamples::write(double t, const mbd::Instant& at, bool last) {
 mbd::Instant MotionSamples::machine() {
   const mbd::DenseOutput& last = machine_.dense_output();
   // A step that failed may have left nothing to read: then where it has got to.
-  if (!o_.failure.empty() && (last.empty() || t_ < last.begin() || t_ > last.end() || !(last.begin() < last.end())))
+  if (!o_.failure.empty() &&
+      (!evaluation_ || last.empty() || t_ < last.begin() || t_ > last.end() || !(last.begin() < last.end())))
     return machine_.now();
   return instant_at(t_, o_.close);
 }

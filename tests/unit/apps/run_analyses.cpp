@@ -277,5 +277,25 @@ time: {end: 20 s}
   EXPECT_FALSE(holds(failure, "stiff,")) << failure;
 }
 
+/// Without a force the summary has no column to follow, and a failure is written all the same.
+TEST(Dynamics, ABodyBeyondAllSpeedsWithoutAForceEndsWithAReason) {
+  const std::string rotor = R"(subsoil: 1
+machine:
+  bodies: {w: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m, spin: 2e7 rad/s}}
+  joints: {j: {revolute: [ground, w], at: 0 0 m}}
+time: {end: 1 s}
+)";
+  for (const char* integrator : {"cvode", "ida", "adams-moulton"}) {
+    const RunDirectory dir;
+    const std::string method = std::string("time.machine.integrator=") + integrator;
+    ASSERT_EQ(run_scenario(dir.scenario(rotor), dir / "out", {method}), exit_failed) << integrator;
+    EXPECT_TRUE(holds(summary_of(dir / "out")["run"]["failure"], "the motion blows up, body 'w'")) << integrator;
+  }
+  const RunDirectory dir;
+  EXPECT_EQ(run_scenario(dir.scenario(rotor), dir / "out", {"machine.bodies.w.spin=1e5 rad/s", "time.end=20 s"}),
+            exit_ok)
+      << "2e6 rad at a constant rate";
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_analyses
