@@ -229,7 +229,7 @@ void Adaptive::sample_gaps(GapSample& out) {
   switches_.gap_speeds(out.speeds);
 }
 
-// When a contact has closed and opened again in the step from `begin` to front_, puts front_ where it closed.
+// When a contact has closed and opened again in the step from `begin` to front_, puts front_ where it closed first.
 void Adaptive::stop_at_hidden_contact(double begin) {
   next_ = now_, next_flows_ = flows_.of_elements;
   const auto look = [&](GapSample& sample) {
@@ -241,8 +241,12 @@ void Adaptive::stop_at_hidden_contact(double begin) {
   read(front_);  // at the end of a step no projection is needed to say how wide gaps are
   now_.t = front_;
   sample_gaps(step_end_);
-  const auto found = find_hidden_contact(switches_, system_.length_scale(), step_begin_, step_end_, look);
-  if (found) {
+  for (GapSample end = step_end_;;) {
+    // One that closes at the end is open until there: a root's far side is negative by rounding.
+    for (std::size_t i = 0; i < end.gaps.size(); ++i)
+      if (switches_.side(i) > 0) end.gaps[i] = std::max(end.gaps[i], 0.0);
+    const auto found = find_hidden_contact(switches_, system_.length_scale(), step_begin_, end, look);
+    if (!found) break;
     const auto at = [&](double share) { return found->open + share * (found->closed - found->open); };
     const auto gap = [&](double share) {
       GapSample sample{.t = at(share)};
@@ -251,6 +255,7 @@ void Adaptive::stop_at_hidden_contact(double begin) {
     };
     front_ = at(locate_crossing(gap, 1, gap(0), gap(1)));
     hidden_here_ = found->which, first_ = First::event;
+    end.t = front_, look(end);  // before it may be others
   }
   now_ = next_, flows_.of_elements = next_flows_;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/outline_contact.hpp"
 #include "libmbd/integrators/adaptive.hpp"
@@ -95,6 +96,41 @@ TEST_P(HiddenContacts, ARodComesBackFromAPegOnItsCircle) {
     machine.advance(0.15);
     EXPECT_NEAR(machine.body(1).omega, -spin, 1e-6 * spin) << off;
   }
+}
+
+// The pin of a Geneva drive enters a slot of a wheel at rest along its axis and leaves the axis as R (1 - cos phi). It
+// touches where that is the clearance. Frozen, the wheel would be passed through, and the root finder would see where
+// the pin comes out; what closes first is what counts.
+TEST_P(HiddenContacts, APinTouchesItsSlotWhereTheClearanceEnds) {
+  const double radius = 0.05, pin = 5e-3, clearance = 2e-5, side = pin + clearance, depth = 0.015;
+  const double distance = radius * std::numbers::sqrt2, rate = 2 * std::numbers::pi, early = std::numbers::pi / 12;
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "crank",
+         .mass = 1,
+         .inertia = 1e-3,
+         .pose = {0, 0, -std::numbers::pi / 4 - early},
+         .velocity = {0, 0, rate}});
+  m.add({.name = "wheel", .mass = 1, .inertia = 5e-4, .pose = {distance, 0, std::numbers::pi / 4}});
+  m.add("O", Revolute{.body_a = ground, .body_b = 1});
+  m.add("W", Revolute{.body_a = ground, .body_b = 2, .p_a = {distance, 0}});
+  m.add("turn", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = rate}});
+  OutlineContact slots{.body_a = 2, .body_b = 1, .law = {.normal = {.n = 1, .stiffness = 5e6}}};
+  PolygonOutline cross{.points = {}, .corner_radius = 2e-4};
+  for (int k = 0; k < 4; ++k) {
+    const double c = std::cos(k * std::numbers::pi / 2), s = std::sin(k * std::numbers::pi / 2);
+    for (const Vec2 p : {Vec2{radius, -side}, Vec2{depth, -side}, Vec2{depth, side}, Vec2{radius, side}})
+      cross.points.push_back({c * p.x - s * p.y, s * p.x + c * p.y});
+  }
+  slots.first = cross;
+  slots.second = DiskOutline{.radius = pin, .centre = {radius, 0}};
+  slots.prepare();
+  m.add("pin", slots);
+  Machine machine(std::move(m), {.integrator = GetParam()});
+  machine.start_from_pose();
+  machine.advance(0.1);
+  ASSERT_FALSE(machine.events().empty());
+  EXPECT_NEAR(machine.events()[0].t, (early + std::acos(1 - clearance / radius)) / rate, 1e-9);
 }
 
 // What passes beside a peg touches nothing, however near.
