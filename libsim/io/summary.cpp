@@ -62,11 +62,11 @@ void Summary::empty_window() {
   provisional_ = false;
   duration_ = whole_duration_ = 0;
   for (Column& c : columns_) c.now = c.whole = {};
-  if (period_ > 0) take_whole_periods(period_);
+  if (block_ > 0) take_blocks_of(block_);
 }
 
-void Summary::take_whole_periods(double period) {
-  period_ = period;
+void Summary::take_blocks_of(double period) {
+  block_ = period;
   for (Column& c : columns_) c.now.mean.take_blocks_of(period);
 }
 
@@ -102,8 +102,7 @@ void Summary::refuse_other_count(std::size_t values) const {
 
 void Summary::sample(double time, double duration, std::span<const double> values) {
   refuse_other_count(values.size());
-  if (inside(time, duration) > 0)
-    for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].now.steps.take(time, values[i]);
+  see(time - duration, values);
   sample_mean(time, duration, values);
 }
 
@@ -175,7 +174,7 @@ Json Summary::to_json() const {
 void Summary::archive(Archive& a) {
   for (Column& c : columns_) a("columns", c);
   a("from", from_)("until", until_)("reason", reason_)("duration", duration_)("whole duration", whole_duration_)(
-      "time", time_)("period", period_)("provisional", provisional_)("warnings", warnings_);
+      "time", time_)("block", block_)("period", period_)("provisional", provisional_)("warnings", warnings_);
 }
 
 void Summary::write(const std::filesystem::path& path) const { write_atomically(path, json_text(to_json(), 2) + "\n"); }

@@ -45,13 +45,16 @@ class Summary {
   void drop_window();  ///< means are null
   /// Ends an open window now or later. What was taken stays.
   void close_window(double until);
+  /// Intervals of means are those of blocks of this length.
+  void take_blocks_of(double period);
   /// Means and what else is of the window end with its last whole period: with the step in which that ended.
-  void take_whole_periods(double period);
+  void take_whole_periods(double period) { period_ = period; }
   bool is_open() const { return time_ >= from_ && time_ < until_; }
   double window_from() const { return from_; }
   double window_until() const;
 
-  /// Values over the step that ends at `time` and lasted `duration`.
+  /// Values at the begin of the step that ends at `time` and lasted `duration`; for means they stand for the whole
+  /// step.
   void sample(double time, double duration, std::span<const double> values);
   /// The same of a motion that is known between: means over the step, and values at any instant, for extremes.
   void sample_mean(double time, double duration, std::span<const double> means);
@@ -103,7 +106,7 @@ class Summary {
   double from_ = std::numeric_limits<double>::infinity(), until_ = from_;
   std::string reason_;
   double duration_ = 0, whole_duration_ = 0, time_ = 0;
-  double period_ = 0;
+  double block_ = 0, period_ = 0;  ///< 0: none
   bool provisional_ = false;
   std::unique_ptr<Json> sections_;
   std::vector<std::string> warnings_;

@@ -27,7 +27,7 @@ void ToolMonitor::set_window() {
   if (w.from || w.until) {
     const double from = w.from.value_or(0), until = w.until.value_or(end);
     o_.summary->set_window(from, until, "given in output.window");
-    longest = std::min(until, end) - from;  // what was asked for stands, though no period fits in
+    longest = std::min(until, end) - from;
   } else if (!progress_.any_passes()) {
     o_.summary->set_window(start, end, "no tool passes through soil: the whole run");
   } else {
@@ -35,7 +35,9 @@ void ToolMonitor::set_window() {
     o_.summary->set_provisional_window(start, end, "no tool passed through soil: the whole run");
   }
   const double period = period_of(o_.s);
-  if (period > 0 && period < longest) o_.summary->take_whole_periods(period);
+  if (period > 0) o_.summary->take_blocks_of(period);
+  // Both ends of a window that are given stand; so does one into which no period fits.
+  if (period > 0 && period < longest && !w.until) o_.summary->take_whole_periods(period);
   if (std::isnan(period)) o_.warn("the given motions have no period in common: means are over the whole window");
 }
 

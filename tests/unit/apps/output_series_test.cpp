@@ -108,6 +108,7 @@ TEST(Summary, MeansAreThoseOfTheWindow) {
   EXPECT_NEAR(column["50 ms means in run"]["max"].get<double>(), 1.975, 1e-9);
   EXPECT_NEAR(column["1 ms means in window"]["max"].get<double>(), 1.4995, 1e-9);
   EXPECT_NEAR(column["1 ms means in window"]["at max [s]"].get<double>(), 1.5, 1e-9);
+  EXPECT_NEAR(column["steps in window"]["at min [s]"].get<double>(), 0.5, 1e-9) << "where the step begins";
 }
 
 TEST(Summary, AWindowMayBeClosedAndHoldsWholePeriods) {
@@ -115,7 +116,7 @@ TEST(Summary, AWindowMayBeClosedAndHoldsWholePeriods) {
   const auto mean_with = [](double period) {
     Summary summary(std::vector<SeriesColumn>{{"force", "N"}});
     summary.set_window(0.5, 2.0);
-    if (period > 0) summary.take_whole_periods(period);
+    if (period > 0) summary.take_blocks_of(period), summary.take_whole_periods(period);
     for (int k = 0; k < 2000; ++k) {
       const double t = (k + 0.5) * 1e-3;
       if (k == 1520) summary.close_window(1.52);

@@ -78,6 +78,31 @@ TEST(RunMotionSummary, DoesNotDependOnWhatElseIsAskedFor) {
   }
 }
 
+// x = 0.1 m sin(20 t) beside a driver of 0.25 s. Means of a window whose end is given hold all of it; without an end
+// they hold whole periods of the driver: one, from 0.13 s. Three per mille: steps of the method at the period's end.
+TEST(RunMotionSummary, AGivenEndOfTheWindowStandsBesideAPeriod) {
+  for (const auto& [given, until] : {std::pair(", until: 0.455 s", 0.455), std::pair("", 0.38)}) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies:
+    s: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 2 0 m/s}}
+    n: {{mass: 1 kg, inertia: 1 kg m^2, at: 0 1 m, pose is: about}}
+  joints: {{g: {{translational: [ground, s], at: 0 0 m, along: 1 0}}, h: {{translational: [ground, n], at: 0 1 m, along: 1 0}}}}
+  forces: {{spring: {{spring-damper: [ground, s], ends: [-1 0 m, 0 0 m], stiffness: 400 N/m, free length: 1 m}}}}
+  drivers: {{d: {{coordinate: n.x, position: {{harmonic: {{amplitude: 0.1 m, frequency: 4 Hz}}}}}}}}
+time: {{end: 0.5 s}}
+output: {{monitor: {{x: s.x}}, window: {{from: 0.13 s{}}}}}
+)",
+                                         given);
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+    const nlohmann::json summary = summary_of(dir / "out");
+    EXPECT_NEAR(summary["window"]["until [s]"], until, 1e-3);
+    EXPECT_NEAR(summary["columns"]["x"]["mean in window"], mean_of_sine(0.13, until), 3e-4) << given;
+  }
+}
+
 // A rim point turns at 0.1 m and 300 rad/s past a post 0.1 mm outside its circle: their distance changes at w R A
 // sin/d, 30 m/s at the most (w R), reached where the line to the post touches the circle, and turns over from -30 to 30
 // m/s within 0.015 ms. Extremes are values that were there, so none is larger; they miss the peaks by what looks 0.5 ms
