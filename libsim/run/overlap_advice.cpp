@@ -22,7 +22,8 @@ namespace {
 
 /// A sphere's deepest contact.
 struct Deepest {
-  double overlap = 0;  ///< m
+  double overlap = 0;   ///< m
+  double approach = 0;  ///< m/s, of the two towards each other
   double r_eff = 0, m_eff = 0;
   int material = -1;  ///< of the other one
   std::string other;
@@ -39,7 +40,12 @@ Deepest deepest_contact(const dem::Sphere& s, const World& world) {
   for (const dem::Sphere& p : world.bed->spheres())
     if (const double d = s.r + p.r - dem::norm(s.x - p.x);
         p.id != s.id && d > out.overlap && !(dem::is_fixed(s) && dem::is_fixed(p)))
-      out = {d, s.r * p.r / (s.r + p.r), effective_mass(s, p, *world.bed), p.material, fmt::format("sphere {}", p.id)};
+      out = {d,
+             dem::dot(p.v - s.v, dem::normalized(s.x - p.x)),
+             s.r * p.r / (s.r + p.r),
+             effective_mass(s, p, *world.bed),
+             p.material,
+             fmt::format("sphere {}", p.id)};
   for (int i = 0; i < world.bed->boundary_count(); ++i) {
     const dem::Boundary& b = world.bed->boundary(i);
     if (!b.active || (dem::is_fixed(s) && !b.meets_fixed)) continue;
@@ -48,8 +54,12 @@ Deepest deepest_contact(const dem::Sphere& s, const World& world) {
     dem::candidates(b.shape, c, 2 * s.r, near);
     dem::SurfaceContact touch[1];
     if (near.empty() || dem::contacts(b.shape, c, 2 * s.r, near, touch, 1) == 0) continue;
-    if (const double d = s.r - touch[0].distance; d > out.overlap)
-      out = {d, s.r, world.bed->mass_of_body(s), b.material, "`" + b.name + "`"};
+    if (const double d = s.r - touch[0].distance; d > out.overlap) {
+      const Vec3 arm = b.pose.to_world(touch[0].point) - b.pose.position;
+      const Vec3 surface = b.velocity + dem::cross(b.angular_velocity, arm);
+      const double approach = dem::dot(surface - s.v, b.pose.attitude.rotate(touch[0].normal));
+      out = {d, approach, s.r, world.bed->mass_of_body(s), b.material, "`" + b.name + "`"};
+    }
   }
   return out;
 }
@@ -96,18 +106,24 @@ class Pressed {
     for (int k = 0; k < 60; ++k) (force(0.5 * (low + high)) < force_wanted ? low : high) = 0.5 * (low + high);
     return high;
   }
-  /// At which it has taken an energy, m.
-  double overlap_after(double energy, double most) const {
-    constexpr int steps = 1000;
+  /// That it has taken up to an overlap, J.
+  double energy(double overlap) const {
     double taken = 0;
-    for (int k = 0; k < steps; ++k) {
-      taken += std::max(0.0, force((k + 0.5) * most / steps)) * most / steps;
-      if (taken >= energy) return (k + 1) * most / steps;
+    for (int k = 0; k < parts; ++k) taken += std::max(0.0, force((k + 0.5) * overlap / parts)) * overlap / parts;
+    return taken;
+  }
+  /// At which it has taken an energy, m.
+  double overlap_after(double energy_taken, double most) const {
+    double taken = 0;
+    for (int k = 0; k < parts; ++k) {
+      taken += std::max(0.0, force((k + 0.5) * most / parts)) * most / parts;
+      if (taken >= energy_taken) return (k + 1) * most / parts;
     }
     return most;
   }
 
  private:
+  static constexpr int parts = 1000;
   const dem::Law& law_;
   double r_eff_, root_m_;
 };
@@ -168,10 +184,15 @@ std::string overlap_advice(const dem::BedFault& fault, const World& world, const
                                  deepest.other, force);
   if (const std::string wall = squeezed_between(*sphere, world); !wall.empty())
     return text + "; " + wall + ": end the run before, or make the container larger there";
-  const double wanted = contact.force(0.5 * scenario.limits.overlap * sphere->r);
+  const double half = 0.5 * scenario.limits.overlap * sphere->r, wanted = contact.force(half);
   if (!(force > 0) || !(wanted > 0)) return text + "; move slower, or less deep, or make the law stiffer";
   // A soft contact that gives way is pressed on: the stiffer one bears more, so the factor is that of the overlaps too.
-  const double factor = std::max({2.0, force / wanted});
+  double factor = std::max({2.0, force / wanted});
+  // An impact lasts until its energy is taken, which a law in proportion to its stiffness takes within half the
+  // limit.
+  const double taken = contact.energy(deepest.overlap), moving = std::max(0.0, deepest.approach),
+               coming = 0.5 * deepest.m_eff * moving * moving;
+  if (coming > taken) factor = std::max(factor, (taken + coming) / contact.energy(half));
   return text + fmt::format("; half the limit takes {}; or move slower, or less deep",
                             stiffer(scenario.contacts[static_cast<std::size_t>(law)], factor));
 }
