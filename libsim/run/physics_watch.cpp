@@ -29,10 +29,13 @@ double energy_of_rounding(const World& world, double mass) {
 PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(scenario) {
   if (!world.bed) return;
   double radius = 0;
+  smallest_ = std::numeric_limits<double>::infinity();
   for (const dem::Sphere& s : world.bed->spheres()) {
     (dem::is_fixed(s) ? fixed_mass_ : mass_) += s.m, radius = std::max(radius, s.r);
-    smallest_ = smallest_ > 0 ? std::min(smallest_, s.r) : s.r;
+    smallest_ = std::min(smallest_, s.r);
   }
+  for (const PouredSoil& poured : world.inlets)
+    smallest_ = std::min(smallest_, dem::least_radius(poured.inlet.plan().radius));
   weight_times_radius_ = mass_ * dem::norm(scenario.gravity) * radius;
   rounding_ = energy_of_rounding(world, mass_);
   for (int b = 0; b < world.bed->boundary_count(); ++b) {

@@ -139,6 +139,30 @@ TEST(PhysicsWatch, SaysASurfaceThatMovesFarInAStepAndStopsOneThatStepsOverSphere
             std::string::npos);
 }
 
+/// A container that starts empty: the smallest sphere is the inlet's, 4 mm.
+TEST(PhysicsWatch, MeasuresASurfaceByTheSpheresThatAnInletPours) {
+  const RunDirectory dir;
+  const auto fed = [&](const char* name, double speed) {
+    return run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+materials: {{m: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [m, m], law: linear, k_n: 5 kN/m, restitution: 0.3, mu: 0.5}}]
+soil:
+  container: {{size: 100 400 60 mm, at: -50 0 -30 mm, material: m}}
+  inlets: {{a: {{box: {{at: -40 200 -30 mm, size: 80 150 60 mm}}, rate: 500 1/s, material: m, radius: {{uniform: 4 8 mm}}}}}}
+boundaries: [{{name: belt, material: m, shape: {{box: 80 10 50 mm}}, at: 0 120 0 mm, moves: [{{velocity: {} 0 0 m/s}}]}}]
+time: {{end: 5 ms, soil step: 20 us}}
+)",
+                                                 speed)),
+                        dir / name);
+  };
+  EXPECT_EQ(fed("slow", 0.1), exit_ok);
+  EXPECT_EQ(warnings_of(dir / "slow").find("in a step"), std::string::npos) << warnings_of(dir / "slow");
+  EXPECT_EQ(fed("fast", 40), exit_ok);
+  EXPECT_NE(warnings_of(dir / "fast").find("`belt` moves by 0.8 mm in a step, 0.2 of the smallest radius"),
+            std::string::npos)
+      << warnings_of(dir / "fast");
+}
+
 /// Thrown balls lie outside the walls: over the rim of 20 mm.
 /// A lattice of 4^3 spheres, pressed together by 0.1 radius where neighbours meet: 144 contacts of k delta^2/2 = 0.5 J.
 /// To lift its 0.536 kg by their radius takes 0.053 J. A pitch that leaves gaps is silent.
