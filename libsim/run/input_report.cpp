@@ -379,6 +379,41 @@ void look_at_shared_events(const Loaded& loaded, const World& world, Texts& out)
   }
 }
 
+/// Events that nothing brings about as the machine starts: a time after the end, a value that is passed already.
+void look_at_events(const Loaded& loaded, const World& world, Texts& out) {
+  if (!world.machine) return;
+  const std::vector<std::string>& names = world.machine->column_names();
+  std::vector<double> values(names.size());
+  world.machine->columns(values);
+  for (const JointEventSection& e : loaded.scenario.machine->events) {
+    const std::string path = "machine.events." + e.name;
+    if (e.at && *e.at > loaded.scenario.time.end)
+      out.push_back(fmt::format("{}: {:g} s is after the end of the run, {:g} s: the event never comes",
+                                loaded.where(path + ".at"), *e.at, loaded.scenario.time.end));
+    const auto column = std::find(names.begin(), names.end(), e.measure);
+    if (column == names.end()) continue;
+    const auto k = static_cast<std::size_t>(column - names.begin());
+    const std::string& unit = world.machine->column_units()[k];
+    const bool above = !e.above.empty();
+    const double level = parse_quantity(above ? e.above : e.below, unit);
+    if (above ? values[k] <= level : values[k] >= level) continue;
+    out.push_back(fmt::format(
+        "{}: `{}` starts at {:.6g} {}, {} {} already: the event comes when it has returned and passes again. {}",
+        loaded.where(path + (above ? ".above" : ".below")), e.measure, values[k], unit, above ? "above" : "below",
+        above ? e.above : e.below,
+        e.closes.empty() ? "Let the joint start open (`joint starts: open`), or give another value"
+                         : "Let the joint start closed (`joint starts: closed`), or give another value"));
+  }
+}
+
+/// Gravity across the plane in which the machine moves.
+void look_at_gravity_across(const Loaded& loaded, const World& world, Texts& out) {
+  if (!world.machine || loaded.scenario.gravity.z == 0) return;
+  out.push_back(
+      fmt::format("{}: its z component of {:g} m/s^2 acts on spheres alone: the machine moves in the x-y plane",
+                  loaded.where("gravity"), loaded.scenario.gravity.z));
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -388,6 +423,8 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_friction(world, out);
   look_at_start(world, out);
   look_at_shared_events(loaded, world, out);
+  look_at_events(loaded, world, out);
+  look_at_gravity_across(loaded, world, out);
   if (!world.bed) return out;
   look_at_densities(loaded, out);
   look_at_densities_of_file(loaded, world, out);

@@ -120,5 +120,35 @@ time: {end: 1 s}
   EXPECT_EQ(warnings(lift, {"machine.forces.c.stroke=0.8 m"}), "");
 }
 
+/// A measure that is beyond its value at the start passes it only when it has returned; a time after the end never
+/// comes.
+TEST(RunInputs, EventsThatNothingBringsAboutAreNamed) {
+  const std::string arm = R"(subsoil: 1
+machine:
+  bodies: {a: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0.5 0 m}}
+  joints: {o: {revolute: [ground, a], at: 0 0 m}}
+  measures: {x: {position: a, component: x}}
+  events: {e: {opens: o, measure: x, above: 0.2 m}}
+time: {end: 1 s}
+)";
+  const std::string said = warnings(arm);
+  EXPECT_NE(said.find("above: `x` starts at 0.5 m, above 0.2 m already"), std::string::npos) << said;
+  EXPECT_NE(said.find("`joint starts: open`"), std::string::npos) << said;
+  EXPECT_EQ(warnings(arm, {"machine.events.e.above=0.6 m"}), "");
+  const std::string late = with(arm, "measure: x, above: 0.2 m", "at: 5 s");
+  EXPECT_NE(warnings(late).find("5 s is after the end of the run, 1 s"), std::string::npos) << warnings(late);
+  EXPECT_EQ(warnings(late, {"time.end=6 s"}), "");
+}
+
+TEST(RunInputs, GravityAcrossThePlaneOfAMachineIsNamed) {
+  const std::string mass = R"(subsoil: 1
+gravity: 0 -9.81 3 m/s^2
+machine: {bodies: {a: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m}}}
+time: {end: 1 s}
+)";
+  EXPECT_NE(warnings(mass).find("its z component of 3 m/s^2 acts on spheres alone"), std::string::npos);
+  EXPECT_EQ(warnings(mass, {"gravity=0 -9.81 0 m/s^2"}), "");
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_inputs
