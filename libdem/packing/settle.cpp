@@ -347,9 +347,22 @@ class Settler {
 
   /// States speeds of centres and of surfaces that turn: either may keep the bed from rest.
   [[noreturn]] void refuse_motion(const char* stage, double now, double limit, bool with_rotation) const {
+    const Vec3& g = bed_.options().gravity;
+    Vec3 lowest;  // corner of the region
+    for (int d = 0; d < 3; ++d) lowest[d] = g[d] > 0 ? region_.high[d] : region_.low[d];
     double turning = 0;
-    for (const Sphere& s : bed_.spheres())
-      if (!is_fixed(s)) turning = std::max(turning, s.r * norm(s.w));
+    std::size_t fallen = 0;  // below it by more than a diameter
+    for (const Sphere& s : bed_.spheres()) {
+      if (is_fixed(s)) continue;
+      turning = std::max(turning, s.r * norm(s.w));
+      if (gravity_ > 0 && dot(s.x - lowest, g) > 2 * s.r * gravity_) ++fallen;
+    }
+    if (fallen > 0)
+      throw std::runtime_error(
+          "settling: after " + number(elapsed()) + " s " + std::to_string(fallen) + " of " +
+          std::to_string(bed_.spheres().size()) + " spheres have fallen below the region to be filled (" + stage +
+          "): a side of it is open. Hold them there until they rest, by a wall that is "
+          "taken away then (`open after settling` of a container) or a surface that closes the gap");
     std::string text =
         "settling: after " + number(elapsed()) + " s the spheres still move at " + number(now) + " m/s rms";
     if (with_rotation) text += " with their rotation, at " + number(rms_speed(false)) + " m/s without";
