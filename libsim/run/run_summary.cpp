@@ -30,6 +30,11 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
     double given = 0;
     for (const coupling::GivenMotion& m : world.motions) given += world.bed->boundary(m.boundary).work;
     take_in("work of given motions [J]", given);  // servos are among them
+    double of_surfaces = 0, size = 0;
+    for (int i = 0; i < world.bed->boundary_count(); ++i)
+      of_surfaces += world.bed->boundary(i).work, size += std::abs(world.bed->boundary(i).work);
+    const double of_fixed = b.boundary_work - of_surfaces;
+    if (std::abs(of_fixed) > 1e-12 * size) take_in("work of fixed spheres that move [J]", of_fixed);
     double came = 0;
     if (world.moving) came = world.moving->window.entered().gravity - world.moving->window.left().gravity;
     double poured = 0, poured_kinetic = 0;

@@ -139,6 +139,34 @@ TEST(PhysicsWatch, SaysASurfaceThatMovesFarInAStepAndStopsOneThatStepsOverSphere
             std::string::npos);
 }
 
+/// A fixed ball at 0.1 m/s pushes a free one over the floor. Its work is its speed times the integral of the force
+/// along its way, by steps; 1e-3 of it is the step that ends the run. The summary says who did it.
+TEST(EnergyOfARun, HoldsTheWorkOfFixedSpheresThatMove) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+materials: {m: {density: 2500 kg/m^3}}
+contacts: [{between: [m, m], law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.5}]
+soil:
+  container: {size: 100 300 60 mm, at: -50 0 -30 mm, material: m}
+  bed:
+    fill: particles
+    material: m
+    particles:
+      - {position: -30 8 0 mm, radius: 8 mm, fixed: f, velocity: 0.1 0 0 m/s}
+      - {position: -13 8 0 mm, radius: 8 mm}
+time: {end: 0.3 s}
+output: {series every: 1 ms, precision: double, monitor: {F: f.Fx, impulse: {integral: F}}}
+)"),
+                         dir / "out"),
+            exit_ok);
+  const nlohmann::json energy = summary_of(dir / "out")["energy"];
+  const double work = energy["work of fixed spheres that move [J]"];
+  EXPECT_GT(work, 5e-5);
+  EXPECT_NEAR(work, -0.1 * read_series(dir / "out/series.csv").at("impulse").back(), 1e-3 * work);
+  EXPECT_EQ(energy["work of given motions [J]"], 0);
+  EXPECT_LT(std::abs(energy["closure over work put in"].get<double>()), 1e-3);
+}
+
 /// A container that starts empty: the smallest sphere is the inlet's, 4 mm.
 TEST(PhysicsWatch, MeasuresASurfaceByTheSpheresThatAnInletPours) {
   const RunDirectory dir;
