@@ -58,7 +58,9 @@ Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, dou
     for (const Surface& s : scenario->machine->surfaces) body_of[s.name] = s.body;
   Disturbance out;
   if (file.particles() > 0) out.tool = tool_path(file, surface, body_of);
-  if (out.tool)
+  if (scenario != nullptr && scenario->output.region)
+    out.why = "`output.region` leaves soil out of the frames";
+  else if (out.tool)
     out.furrow = furrow(file, *out.tool, steady_from, periodic_cell(scenario), out.why);
   else
     out.why = "no moving surface comes below the soil's surface";

@@ -269,7 +269,10 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
     const std::array<double, 2> ends = file.window(file.times().size() - 1);
     x.low = std::min(ends[0], ends[1]) + depth, x.high = std::max(ends[0], ends[1]) - depth;
   }
-  const double face = tool.direction > 0 ? x.low : -x.high, began = tool.direction * tool.rear.front();
+  const double face = tool.direction > 0 ? x.low : -x.high, rear_before = tool.direction * tool.rear.front();
+  // Soil around a tool that has come there before the first frame is disturbed in it, up to about a depth ahead.
+  const bool came = file.times().front() > 0 && tool.depth.front() > 0;
+  const double began = came ? tool.direction * tool.tip.front() + depth : rear_before;
   const double near = std::isfinite(began) ? std::max(face, began) : face;
   const double rear = tool.direction * tool.rear.back(), end = std::min(rear, tool.direction > 0 ? x.high : -x.low);
   const double enough = std::max(2 * f.cell, 0.25 * depth);

@@ -180,6 +180,27 @@ TEST(Disturbance, StandsInTheSummary) {
               1e-9 * std::abs(draft));
 }
 
+/// A first frame with the tool in the soil shows no soil before the pass up to a depth ahead of the tip: at 0.2 s that
+/// is at 140 mm, 30 mm deep, in soil of 20 mm diameters.
+TEST(Disturbance, TheStretchBeginsAheadOfTheToolInTheFirstFrame) {
+  const RunDirectory dir;
+  std::string late = trench;
+  late.replace(late.find("every: 0.2 s, series"), 20, "at: [0.2 s, 0.79 s], series");
+  ASSERT_EQ(run_scenario(dir.scenario(late), dir / "out"), exit_ok);
+  const Disturbance found = disturbance_of(dir / "out");
+  ASSERT_TRUE(found.furrow) << found.why;
+  EXPECT_NEAR(found.furrow->from, 0.17, 0.011) << "the tip is within half the tool's length of 140 mm";
+}
+
+/// Frames of a part of the soil do not tell what the pass has done to it.
+TEST(Disturbance, NeedsAllSoilInTheFrames) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"output.region={size: 0.4 0.2 0.04 m, at: 0 -0.1 0 m}"}), exit_ok);
+  const nlohmann::json none = summary_of(dir / "out").at("disturbance").at("none");
+  EXPECT_NE(none.get<std::string>().find("`output.region`"), std::string::npos) << none;
+}
+
 /// Whether disturbed soil reaches a wall is what the run has warned of: in a bed of twice the width the floor is
 /// reached below the tool, and not over the stretch of the furrow.
 TEST(Disturbance, WallsAreReachedWhereTheRunWarns) {
