@@ -109,6 +109,22 @@ std::string one_line(Node node) {
   return text.substr(7, text.size() - 8);  // without `value: ` and the end of the line
 }
 
+/// Wear counts from the start of the motion, the travel in frames from the first of them.
+void refuse_wear_before_frames(const RunFolder& run) {
+  const FramesFile frames(run.path / "run.h5");
+  for (const Keeps& one : keeping(*run.scenario))
+    for (const WearLaw law : {WearLaw::archard, WearLaw::finnie}) {
+      const std::string array = fmt::format("loads/{}/{} wear depth", one.name, word_of(law));
+      if (!frames.holds(0, array)) continue;
+      const std::vector<float> depths = frames.numbers(0, array);
+      if (std::any_of(depths.begin(), depths.end(), [](float d) { return d > 0; }))
+        refuse_run(run,
+                   fmt::format("{} has worn before the first frame, at {:g} s, from which the travel is taken; give "
+                               "--length, the travel since the wear began, or run with frames from the start",
+                               one.name, frames.times().front()));
+    }
+}
+
 }  // namespace
 
 std::vector<WornSurface> worn_surfaces(const RunFolder& run, std::optional<WearLaw> law) {
@@ -134,7 +150,7 @@ WorkedStrip worked_strip(const RunFolder& run, std::optional<double> width, std:
                "the frames show no tool that travels in soil, which would give width and length of what was worked; "
                "give --width and --length, or --passes in place of --hectares");
   if (!width) out.width = tool->width;
-  if (!length) out.length = tool->travel;
+  if (!length) refuse_wear_before_frames(run), out.length = tool->travel;
   out.source = fmt::format("width {}, length {}", width ? "as given" : "of the tool in the soil",
                            length ? "as given" : "of its travel, from the frames");
   return out;

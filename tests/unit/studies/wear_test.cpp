@@ -258,6 +258,22 @@ TEST(Wear, RefusesRequestsWithoutAMeaning) {
   EXPECT_TRUE(holds(pass.refusal(request), "is no directory")) << pass.refusal(request);
 }
 
+/// Wear is that since the start; frames from 0.1 s on show the travel of the rest.
+TEST(Wear, RefusesTheTravelOfFramesThatBeginWithAWornTool) {
+  const WornPass pass;
+  ASSERT_EQ(run_scenario(pass.scenario(small_pass), pass / "late",
+                         {fmt::format("machine.surfaces.blade={{body: tine, material: steel, mesh: {}, unit: m, wear: "
+                                      "{{coefficient: 1e-3, hardness: 2 GPa}}}}",
+                                      (pass / "blade.stl").string()),
+                          "time.end=0.15 s", "output={at: [0.1 s]}"}),
+            exit_ok);
+  WearRequest request = pass.request();
+  request.run = pass / "late", request.hectares = {1e-9};
+  EXPECT_TRUE(holds(pass.refusal(request), "blade has worn before the first frame, at 0.1 s")) << pass.refusal(request);
+  request.length = 0.1;
+  EXPECT_NO_THROW(wear_study(request));
+}
+
 TEST(Wear, RefusesRunsThatDoNotTell) {
   const WornPass without("wear: {}");
   WearRequest request = without.request();
