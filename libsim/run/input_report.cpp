@@ -149,7 +149,7 @@ void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
   for (const dem::Sphere& one : world.bed->spheres())
     lowest = std::min(lowest, one.x.y - one.r), radius = std::max(radius, one.r);
   const bool open_below = s.soil->container && s.soil->container->open[2];
-  if (s.soil->container && !open_below && s.soil->bed->fill == Fill::file) {
+  if (s.soil->container && !open_below && s.soil->bed->fill == Fill::file && acts_down(s.gravity)) {
     const double gap = lowest - s.soil->container->at.y - world.container_shift;
     if (gap > radius)
       out.push_back(fmt::format(

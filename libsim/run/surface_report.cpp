@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libdem/particles/fixed.hpp"
 #include "libsim/scenario/gravity.hpp"
 
 namespace subsoil::sim {
@@ -71,6 +72,11 @@ std::vector<SurfaceFacts> surface_facts(const World& world, const Scenario& scen
   if (!world.bed) return out;
   const bool soil = !world.bed->spheres().empty();
   const dem::Bounds bed = soil ? soil_box(world) : dem::Bounds{};
+  // Soil that is poured, or driven by fixed spheres, comes to a surface that stands still.
+  const bool comes = !world.inlets.empty() ||
+                     std::any_of(world.bed->spheres().begin(), world.bed->spheres().end(), [](const dem::Sphere& s) {
+                       return dem::is_fixed(s) && (s.v != Vec3{} || s.w != Vec3{});
+                     });
   for (const SurfaceRecord& r : world.surfaces) {
     if (r.owner == SurfaceRecord::Owner::container) continue;
     const dem::Boundary& b = world.bed->boundary(r.boundary);
@@ -86,7 +92,7 @@ std::vector<SurfaceFacts> surface_facts(const World& world, const Scenario& scen
       facts.triangles = mesh.triangles().size(), facts.closed = mesh.closed();
     const dem::Bounds start = box_at(mesh.vertices(), b.pose);
     facts.low = start.low, facts.high = start.high;
-    facts.path_known = r.owner == SurfaceRecord::Owner::given;
+    facts.path_known = r.owner == SurfaceRecord::Owner::given && !comes;
     facts.from_soil = soil ? between(start, bed) : 0;
     facts.below = soil && acts_down(scenario.gravity) && start.high.y <= bed.low.y;
     for (const coupling::GivenMotion& m : world.motions) {
