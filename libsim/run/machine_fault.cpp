@@ -31,18 +31,19 @@ std::string largest_force(const World& world, const Scenario& s, const mbd::Inst
   return fmt::format("`{}` = {:.3g} {}", names[largest], values[largest], world.machine->column_units()[largest]);
 }
 
-/// Which force has put in all the energy that there is; empty where the balance does not close, so that nobody knows.
+/// What has put in all the energy that there is; empty where the balance does not close, so that nobody knows.
 std::string fed_by(const World& world) {
   const mbd::Instant at = world.machine->now();
   const mbd::MachineEnergy e = world.machine->energy(at);
   const auto& forces = world.machine->system().model().forces;
   const auto count = static_cast<Eigen::Index>(forces.size());
-  if (count == 0 || !(e.closure() <= most_closure)) return {};
+  if (!(e.closure() <= most_closure)) return {};
   Eigen::Index i = 0;
-  const double work = at.flows.of_elements.segment(count, count).maxCoeff(&i);
-  if (!(work > e.moved / 3)) return {};  // beside it the kinetic energy that it became
-  return fmt::format("`{}` has put in {:.3g} J up to {:.6g} s", forces[static_cast<std::size_t>(i)].name, work,
-                     at.state.t);
+  const double work = count > 0 ? at.flows.of_elements.segment(count, count).maxCoeff(&i) : 0;
+  if (work > e.moved / 3)  // beside it the kinetic energy that it became
+    return fmt::format("so it is the force: `{}` has put in {:.3g} J up to {:.6g} s",
+                       forces[static_cast<std::size_t>(i)].name, work, at.state.t);
+  return "so the steps resolve it: a stiffness or damping below zero, gravity or the speed of the start feeds it";
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ std::string step_failure(const std::exception& error, double t, const Scenario& 
   const Cause cause = of_machine != nullptr ? of_machine->cause : Cause::other;
   const std::string fed = cause == Cause::blow_up ? fed_by(world) : std::string();
   if (!fed.empty())
-    text += "; the energy balance closes, so it is the force: " + fed;
+    text += "; the energy balance closes, " + fed;
   else if (cause != Cause::other)
     text += "; " + finer_machine(scenario, world);
   return of_bed != nullptr || of_machine != nullptr ? text : timed(text);  // these state their time

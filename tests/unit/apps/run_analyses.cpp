@@ -277,6 +277,23 @@ time: {end: 20 s}
   EXPECT_FALSE(holds(failure, "stiff,")) << failure;
 }
 
+/// A spring of negative stiffness gives its own energy: v = v_0 cosh(t sqrt(k/m)), and no tolerance holds it.
+TEST(Dynamics, ASpringOfNegativeStiffnessIsNoMatterOfSteps) {
+  const std::string spring = R"(subsoil: 1
+machine:
+  bodies: {b: {mass: 1 kg, inertia: 0.1 kg m^2, at: 1 0 m}}
+  joints: {g: {translational: [ground, b], at: 1 0 m, along: 0 1}}
+  forces: {f: {spring-damper: [ground, b], ends: [1 -1 m, 1 0 m], spring curve: {polynomial: {c1: -1 kN/m}}}}
+time: {end: 2 s}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(spring), dir / "out"), exit_failed);
+  const std::string failure = summary_of(dir / "out")["run"]["failure"];
+  EXPECT_TRUE(holds(failure, "the energy balance closes, so the steps resolve it: a stiffness or damping below zero"))
+      << failure;
+  EXPECT_FALSE(holds(failure, "rtol")) << failure;
+}
+
 /// Without a force the summary has no column to follow, and a failure is written all the same.
 TEST(Dynamics, ABodyBeyondAllSpeedsWithoutAForceEndsWithAReason) {
   const std::string rotor = R"(subsoil: 1
