@@ -149,6 +149,18 @@ struct BedChecks : Checks {
     if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
     if (b.settle) settle(b, *b.settle);
+    if (b.settles() && dem::norm(s.gravity) == 0) without_gravity(b);
+  }
+
+  void without_gravity(const BedSection& b) {
+    const Settle to = b.settle.value_or(Settle{});
+    if (to.compacts())
+      refuse("soil.bed.settle.to", "needs gravity; leave it out");
+    else if (!b.settle)
+      refuse("soil.bed.fill", "random",
+             "pours spheres and lets them come to rest, which needs gravity; give `gravity`, or take `fill: lattice`");
+    else if (to.staged(b.fill))
+      refuse("soil.bed.settle", "needs gravity to settle in stages; give `stages: no`");
   }
 
   void settle(const BedSection& b, const Settle& to) {

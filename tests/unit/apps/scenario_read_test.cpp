@@ -329,6 +329,24 @@ TEST(ScenarioRefusals, MissingKeysHaveThePlaceOfTheirMapping) {
             Lines{"--set time.end: has no value; give one, or leave the key out"});
 }
 
+TEST(ScenarioRefusals, BedsThatNothingBringsToRest) {
+  const std::string text =
+      "subsoil: 1\n"
+      "gravity: 0 m/s^2\n"
+      "materials: {soil: {density: 1800 kg/m^3}}\n"
+      "contacts: [{between: [soil, soil], law: linear, k_n: 10 kN/m, restitution: 0.5, mu: 0.4}]\n"
+      "soil:\n"
+      "  container: {size: 100 100 100 mm, at: 0 0 0 m, material: soil}\n"
+      "  bed: {fill: random, material: soil, radius: 5 mm, depth: 50 mm}\n"
+      "time: {end: 1 s}\n";
+  EXPECT_EQ(refusals(text),
+            Lines{"till.yaml:7:15 soil.bed.fill = random: pours spheres and lets them come to rest, which "
+                  "needs gravity; give `gravity`, or take `fill: lattice`"});
+  EXPECT_EQ(refusals(text, {"soil.bed.settle.until=1 mm/s"}),
+            Lines{"--set soil.bed.settle: needs gravity to settle in stages; give `stages: no`"});
+  EXPECT_EQ(refusals(text, {"gravity=9.81 m/s^2"}), Lines{});
+}
+
 TEST(ScenarioRefusals, ParametersOfAnUnknownLawAreNotReportedOneByOne) {
   EXPECT_EQ(refusals(sample_soil, {"contacts[1].law=wett"}),
             Lines{"--set contacts[1].law = wett: unknown law; did you mean `wet`?"});
