@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "libmbd/base/jumps.hpp"
 #include "libmbd/controllers.hpp"
 #include "libmbd/drivers/distance_driver.hpp"
 #include "libmbd/forces/hydraulic_cylinder.hpp"
@@ -163,6 +164,55 @@ void refuse_vanishing_distances(const Loaded& loaded, const mbd::Model& model) {
   }
 }
 
+/// The table among the terms of f that begins or ends at t.
+const mbd::TableFunction* table_with_end(const mbd::Function& f, double t) {
+  constexpr double near = 1e-6;  // s
+  if (const auto* sum = f.get_if<mbd::SumFunction>())
+    for (const mbd::Function& term : sum->terms)
+      if (const auto* found = table_with_end(term, t)) return found;
+  const auto* table = f.get_if<mbd::TableFunction>();
+  if (table == nullptr || table->periodic) return nullptr;
+  return std::abs(table->times.back() - t) < near || std::abs(table->times.front() - t) < near ? table : nullptr;
+}
+
+/// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump, kinematics too.
+void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
+  const Scenario& s = loaded.scenario;
+  if (!s.runs_in_time()) return;
+  const auto refuse = [&](const std::string& path, const mbd::Function& f, const mbd::Jump& jump,
+                          const std::string& unit) {
+    const bool starts = jump.time - model.start_time < 1e-6;
+    const std::string size =
+        fmt::format("jumps by {:.4g} {} at t = {:.6g} s, from {:.4g} to {:.4g} {}", std::abs(jump.after - jump.before),
+                    unit, jump.time, jump.before, jump.after, unit);
+    std::string cure = "let a `ramp` of some milliseconds lead from one to the other";
+    if (const auto* table = table_with_end(f, jump.time))
+      cure = std::abs(table->times.back() - jump.time) < 1e-6
+                 ? fmt::format(
+                       "the table ends there, and its last value holds from then on: give it points until "
+                       "time.end = {:.6g} s, or, with `between: monotone`, the last value twice",
+                       s.time.end)
+                 : "the table begins there, and its first value holds until then: let it begin at the start of the "
+                   "run, or, with `between: monotone`, give the first value twice";
+    else if (jump.of_rate)
+      cure = "give the velocity in its place, as a `ramp` or a table, or round the corner off";
+    throw ScenarioError(fmt::format("{}: {}{}{}; a body has a mass, so its velocity must be continuous: {}",
+                                    loaded.where(path), jump.of_rate ? "its rate " : "", size,
+                                    starts ? ", right after the start" : "", cure));
+  };
+  for (const auto& driver : model.drivers)
+    visit(
+        [&]<class Driver>(const Driver& d) {
+          const std::string path = "machine.drivers." + driver.name, unit = d.angular() ? "rad" : "m";
+          const double from = model.start_time, until = s.time.end;
+          if (const auto jump = first_jump(d.motion.position, mbd::Smooth::value_and_rate, from, until))
+            refuse(path + ".position", d.motion.position, *jump, jump->of_rate ? unit + "/s" : unit);
+          if (const auto jump = first_jump(d.motion.velocity, mbd::Smooth::value, from, until))
+            refuse(path + ".velocity", d.motion.velocity, *jump, unit + "/s");
+        },
+        driver.element);
+}
+
 }  // namespace
 
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
@@ -204,6 +254,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
     add_measures(*machine, loaded);
+    refuse_jumps(loaded, machine->system().model());
     if (starts_in_equilibrium(s))
       machine->start_from_towing_equilibrium(s.machine->start.speed);
     else

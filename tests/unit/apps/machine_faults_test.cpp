@@ -97,6 +97,48 @@ machine:
   EXPECT_EQ(refusal(text + "time: {end: 1.9 s}\n"), "accepted");
 }
 
+/// A slide and what moves it, from rest at 0 on until 1 s.
+std::string moved_by(const std::string& motion) {
+  return R"(subsoil: 1
+machine:
+  bodies: {m: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m, pose is: about, velocity is: about}}
+  joints: {guide: {translational: [ground, m], at: 0 0 m, along: 1 0}}
+  drivers:
+    d: {coordinate: m.x, )" +
+         motion + "}\ntime: {end: 1 s}\n";
+}
+
+// Integrators would step across, with the motion of everything else as if nothing had happened.
+TEST(MachineFaults, MotionsThatJump) {
+  const std::string rule = "a body has a mass, so its velocity must be continuous: ";
+  const std::string ramp = rule + "let a `ramp` of some milliseconds lead from one to the other";
+  EXPECT_EQ(refusal(moved_by("position: {expression: '0.1*sign(t - 0.5)', unit: m}")),
+            "rig.yaml:6:36 machine.drivers.d.position: jumps by 0.2 m at t = 0.5 s, from -0.1 to 0.1 m; " + ramp);
+  EXPECT_EQ(refusal(moved_by("velocity: {expression: 'sign(t - 0.5)', unit: m/s}")),
+            "rig.yaml:6:36 machine.drivers.d.velocity: jumps by 2 m/s at t = 0.5 s, from -1 to 1 m/s; " + ramp);
+  EXPECT_EQ(refusal(moved_by("position: {expression: 'abs(t - 0.25)', unit: m}")),
+            "rig.yaml:6:36 machine.drivers.d.position: its rate jumps by 2 m/s at t = 0.25 s, from -1 to 1 m/s; " +
+                rule + "give the velocity in its place, as a `ramp` or a table, or round the corner off");
+  EXPECT_EQ(refusal(moved_by("velocity: {expression: 'sign(t)', unit: m/s}")),
+            "rig.yaml:6:36 machine.drivers.d.velocity: jumps by 1 m/s at t = 0 s, from 0 to 1 m/s, right after the "
+            "start; " +
+                ramp);
+}
+
+// Beyond its last point a table holds its last value: a motion that ends in full travel stops dead.
+TEST(MachineFaults, TablesOfPositionsThatEndBeforeTheRun) {
+  const std::string text = moved_by("position: {table: {points: [[0 s, 0 m], [0.25 s, 0.1 m], [0.5 s, 0.4 m]]}}");
+  // A natural spline over two intervals h: y'' = 3 (y1 - 2 y2 + y3)/(2 h^2) at the middle, 0 at both ends.
+  EXPECT_EQ(refusal(text),
+            "rig.yaml:6:36 machine.drivers.d.position: its rate jumps by 1.4 m/s at t = 0.5 s, from 1.4 to 0 m/s; a "
+            "body has a mass, so its velocity must be continuous: the table ends there, and its last value holds from "
+            "then on: give it points until time.end = 1 s, or, with `between: monotone`, the last value twice");
+  EXPECT_EQ(refusal(moved_by("position: {table: {points: [[0 s, 0 m], [0.5 s, 0.1 m], [1 s, 0.4 m]]}}")), "accepted");
+  EXPECT_EQ(refusal(moved_by("position: {table: {points: [[0 s, 0 m], [0.2 s, 0.1 m], [0.4 s, 0.1 m]], between: "
+                             "monotone}}")),
+            "accepted");
+}
+
 TEST(MachineFaults, StepsWithoutNumber) {
   EXPECT_NE(refusal(slider_crank("{end: 1 s}", "{end: 1 s, machine: {step: 1 ps}}"))
                 .find("rig.yaml:2:34 time.machine.step = 1e-12 s: makes 1e+12 steps until 1 s; at most 1e+10"),
