@@ -82,7 +82,7 @@ std::string Reader::cure_for(const std::string& key) const {
   for (const OtherWord& word : other_words)
     if (key == word.theirs && std::find(known_.begin(), known_.end(), word.ours) != known_.end()) return word.cure;
   if (!nearest(key, known_)) {
-    const std::string elsewhere = path_of_key(key);
+    const std::string elsewhere = path_of_key(key, child(key));
     if (!elsewhere.empty()) return fmt::format("; it belongs at `{}`", elsewhere);
   }
   return suggestion(key, known_);

@@ -103,23 +103,28 @@ std::vector<std::string> section_of(std::vector<std::string> parts) {
 
 /// A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits; then it may begin
 /// anywhere
-/// (`wet.K_X`, `K_X`), but not outside of two parts that fit, such as `machine.forces`.
+/// (`wet.K_X`, `K_X`), but not outside of two parts that fit, such as `machine.forces`, and in its own section first.
 Rows find_rows(const std::string& path) {
   std::vector<std::string> query = parts_of(without_indices(path));
   const std::vector<std::string> section = section_of(query);
+  const std::string head = query[0];
   for (; !query.empty(); query.erase(query.begin())) {
-    Rows exact{{}, query.size()}, anywhere;
+    Rows exact{{}, query.size()}, anywhere, inside;
     for (const KnownKey& row : known_keys()) {
       const std::vector<std::string> parts = parts_of(row.path);
       if (matches(parts, 0, query)) exact.rows.push_back(&row);
       for (std::size_t from = 1; from < parts.size(); ++from) {
         if (from + query.size() != parts.size() || !matches(parts, from, query) || parts[from] != query[0]) continue;
         if (!matches(parts, 0, section)) continue;
-        anywhere.rows.push_back(&row);
-        anywhere.depth = std::max(anywhere.depth, parts.size());
+        for (Rows* rows : {&anywhere, &inside}) {
+          if (rows == &inside && parts[0] != head) continue;
+          rows->rows.push_back(&row);
+          rows->depth = std::max(rows->depth, parts.size());
+        }
       }
     }
     if (!exact.rows.empty()) return exact;
+    if (!inside.rows.empty()) return inside;
     if (!anywhere.rows.empty()) return anywhere;
   }
   return {};
@@ -153,10 +158,12 @@ const std::vector<KnownKey>& known_keys() {
   return all;
 }
 
-std::string path_of_key(const std::string& key) {
-  for (const KnownKey& k : known_keys())
-    if (k.path == key || (k.path.ends_with("." + key) && k.unit != "type" && !k.path.starts_with("test.")))
-      return k.path;
+std::string path_of_key(const std::string& key, const std::string& from) {
+  const bool of_test = from.starts_with("test.");
+  for (const KnownKey& k : known_keys()) {
+    if (k.path.starts_with("test.") != of_test) continue;
+    if (k.path == key || (k.path.ends_with("." + key) && k.unit != "type")) return k.path;
+  }
   return {};
 }
 

@@ -347,6 +347,15 @@ TEST(ScenarioRefusals, BedsThatNothingBringsToRest) {
   EXPECT_EQ(refusals(text, {"gravity=9.81 m/s^2"}), Lines{});
 }
 
+/// A laboratory test reads the section `test` and lays its own bed: keys of a scenario's soil are no cure there.
+TEST(ScenarioRefusals, UnknownKeysOfATestBelongToTheTest) {
+  const auto refused = [](const std::string& key) { return refusals(sample_soil, {"test={" + key + ": 3}"}); };
+  EXPECT_EQ(refused("path"), Lines{"--set test.path = 3: unknown key; it belongs at `test.shear.path`"});
+  const Lines size = refused("size");
+  ASSERT_EQ(size.size(), 1U);
+  EXPECT_TRUE(size[0].starts_with("--set test.size = 3: unknown key; known here: material, walls, ")) << size[0];
+}
+
 TEST(ScenarioRefusals, ParametersOfAnUnknownLawAreNotReportedOneByOne) {
   EXPECT_EQ(refusals(sample_soil, {"contacts[1].law=wett"}),
             Lines{"--set contacts[1].law = wett: unknown law; did you mean `wet`?"});

@@ -102,6 +102,15 @@ TEST(ScenarioExplain, UnitDefaultRangeAndMeaning) {
   EXPECT_NE(explain("").find("boundaries"), std::string::npos);
 }
 
+/// The coefficient of a law's pair, and not that of the materials, which `combine` takes.
+TEST(ScenarioExplain, AKeyOfEveryLawIsSoughtInItsOwnSection) {
+  const std::string text = explain("contacts.mu");
+  EXPECT_EQ(text.find("materials."), std::string::npos) << text;
+  EXPECT_TRUE(text.starts_with("contacts.")) << text;
+  EXPECT_NE(text.find("contacts.linear.mu\n"), std::string::npos) << text;
+  EXPECT_NE(explain("mu").find("materials.<name>.mu\n"), std::string::npos);
+}
+
 /// A section is listed key by key on a line each; what is not in it is not taken from elsewhere.
 TEST(ScenarioExplain, ASectionIsAScreenAndAnotherSectionsKeyIsNone) {
   const std::string machine = explain("machine"), forces = explain("machine.forces");
