@@ -120,8 +120,11 @@ double mean_radius(std::span<const Sphere> spheres) {
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region) {
   const double floor = region.low.y;
   if (spheres.empty()) return {floor, 0, floor, floor};
-  const double across = 4 * mean_radius(spheres);
   const Vec3 size = region.high - region.low;
+  // A few small spheres in a large region must not cost a column for each of their diameters.
+  const double enough = 8 * static_cast<double>(spheres.size()) + 1e6;
+  double across = 4 * mean_radius(spheres);
+  while (std::floor(size.x / across) * std::floor(size.z / across) > enough) across *= 2;
   const long nx = std::max(1L, static_cast<long>(size.x / across)),
              nz = std::max(1L, static_cast<long>(size.z / across));
   std::vector<double> top(static_cast<std::size_t>(nx * nz), floor);

@@ -18,6 +18,7 @@ struct InputLimits {
   std::size_t text_bytes = 20000;        ///< of one value
   std::size_t frames = 100000;           ///< of a run
   std::size_t rows = 100000000;          ///< of series.csv
+  std::size_t steps = 10000000000;       ///< of a run, of the soil or the machine; at some 1 us each three hours
   std::size_t triangles = 1000000;       ///< of a mesh file
   std::size_t bed_rows = 100000000;      ///< of a bed table
   std::size_t array_bytes = std::size_t{16} << 30;  ///< of one array of an HDF5 file

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "libdem/particles/particles.hpp"
+#include "libsim/base/input_limits.hpp"
 #include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/clearing.hpp"
 #include "libsim/setup/laws.hpp"
@@ -179,6 +180,23 @@ class FibreLimits {
   std::vector<Other> other_;
 };
 
+/// Counted before the first one.
+void refuse_steps_without_number(const World& world, const Loaded& loaded, double smallest_radius) {
+  const Scenario& s = loaded.scenario;
+  const double count = s.time.end / world.step.soil_step;
+  const auto most = static_cast<double>(input_limits().steps);
+  if (!s.runs_in_time() || !(count > most)) return;
+  const std::string many = fmt::format(
+      "{:.3g} s makes {:.3g} steps until {:.6g} s; at most {:.0e}: ", world.step.soil_step, count, s.time.end, most);
+  if (s.time.soil_step)
+    throw ScenarioError(fmt::format("{} = {}make it longer, or leave it out for a step by the impacts",
+                                    loaded.where("time.soil step"), many));
+  throw ScenarioError(fmt::format(
+      "{}: the soil step of {}it follows from the smallest sphere, of radius {:.3g} m ({}); is the unit of the radius "
+      "right? Make it larger, its contacts softer, or the run shorter{}",
+      loaded.where("time.end"), many, smallest_radius, world.step.limit.cause, allow_more("steps")));
+}
+
 }  // namespace
 
 void choose_step(World& world, const Loaded& loaded, dem::StepQuestion all) {
@@ -259,6 +277,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion all) {
         fmt::format("{} = {:.4g} s: must be below the stable step {:.4g} s, set by {}; use `auto`, softer contacts or "
                     "heavier spheres",
                     loaded.where("time.soil step"), report.soil_step, report.limit.step, report.limit.cause));
+  refuse_steps_without_number(world, loaded, all.smallest_radius);
 }
 
 namespace {

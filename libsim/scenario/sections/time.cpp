@@ -4,6 +4,7 @@
 
 #include "libmbd/controllers/pid.hpp"
 #include "libmbd/integrators/events.hpp"
+#include "libsim/base/input_limits.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/scenario.hpp"
 
@@ -110,7 +111,7 @@ struct TimeChecks : Checks {
 
   /// Counted before the first one.
   void steps(double step) {
-    constexpr double most = 1e10;  // of some 1 us each: three hours
+    const auto most = static_cast<double>(input_limits().steps);
     const double count = s.time.end / step;
     if (count > most)
       refuse("time.machine.step", fmt::format("{} s", step),

@@ -1,5 +1,6 @@
 #include "libsim/run/placement_report.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "libsim/run/input_report.hpp"
@@ -131,6 +132,33 @@ TEST(PlacementReport, TheSmallestSphereIsThatOfTheDistribution) {
   drawn.replace(drawn.find(lattice), lattice.size(), "fill: random, material: soil, radius: {uniform: 8 12 mm}");
   const std::string said = look({"machine.surfaces.blade.box=0.02 0.18 0.04 mm"}, drawn).sizes;
   EXPECT_NE(said.find("its smallest sphere has a diameter of 0.016 m"), std::string::npos) << said;
+}
+
+/// Counted before the first one, which would run for years.
+TEST(PlacementReport, StepsWithoutNumberAreRefused) {
+  const auto refused = [](const char* radius, const std::vector<std::string>& sets) {
+    const Loaded loaded = load_scenario_text(fmt::format(R"(subsoil: 1
+materials: {{soil: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [soil, soil], law: linear, k_n: 60 kN/m, restitution: 0.4, mu: 0.5}}]
+soil:
+  container: {{size: 0.3 0.2 0.1 m, at: 0 0 0 m, material: soil}}
+  bed: {{fill: particles, material: soil, particles: [{{position: 0.1 0.1 0.05 m, radius: {} m}}]}}
+time: {{end: 1 s}}
+)",
+                                                         radius),
+                                             "case.yaml", sets);
+    return message_of<ScenarioError>(
+        [&] { build_world(loaded, {.threads = 1, .settle = false, .restored = {}, .progress = {}}); });
+  };
+  EXPECT_EQ(refused("0.01", {}), "accepted");
+  const std::string tiny = refused("1e-12", {});  // its columns of diameters would take the memory, too
+  EXPECT_TRUE(tiny.starts_with("case.yaml:7:13 time.end: the soil step of ")) << tiny;
+  EXPECT_NE(tiny.find(" steps until 1 s; at most 1e+10: it follows from the smallest sphere, of radius 1e-12 m"),
+            std::string::npos)
+      << tiny;
+  EXPECT_EQ(refused("0.01", {"time.soil step=0.01 ns"}),
+            "--set time.soil step = 1e-11 s makes 1e+11 steps until 1 s; at most 1e+10: make it longer, or leave it "
+            "out for a step by the impacts");
 }
 
 /// Mirrored in x the draft is the same force against the travel.
