@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libmbd/elements.hpp"
 
@@ -54,11 +55,24 @@ double fastest(const MachineSection& machine, const World& world, double end) {
   return most;
 }
 
-/// Of its spheres where they have fallen to the container's floor.
+/// The longest free fall in a box with these edges, m.
+double fall_through(const Vec3& room, const Vec3& gravity) {
+  double longest = std::numeric_limits<double>::infinity();
+  for (int d = 0; d < 3; ++d)
+    if (gravity[d] != 0)
+      longest = std::min(longest, std::max(0.0, room[d]) * (dem::norm(gravity) / std::abs(gravity[d])));
+  return std::isfinite(longest) ? longest : 0;
+}
+
+/// Of its spheres where they have fallen from the inlet's upper side to the container's floor, wherever gravity leads.
 double speed_below(const InletSection& inlet, const Soil& soil, const Vec3& gravity) {
-  const double top = inlet.box ? inlet.box->at.y + inlet.box->size.y : inlet.disk->at.y;
-  const double fall = soil.container ? std::max(0.0, top - soil.container->at.y) : 0;
-  return std::sqrt(dem::dot(inlet.velocity, inlet.velocity) + 2 * dem::norm(gravity) * fall);
+  Vec3 room{};
+  for (int d = 0; d < 3 && soil.container; ++d) {
+    const Container& c = *soil.container;
+    const double at = inlet.box ? inlet.box->at[d] : inlet.disk->at[d], size = inlet.box ? inlet.box->size[d] : 0;
+    room[d] = gravity[d] > 0 ? c.at[d] + c.size[d] - at : at + size - c.at[d];
+  }
+  return std::sqrt(dem::dot(inlet.velocity, inlet.velocity) + 2 * dem::norm(gravity) * fall_through(room, gravity));
 }
 
 }  // namespace
@@ -75,7 +89,8 @@ double expected_speed(const Scenario& s, const World& world) {
   if (s.machine && world.machine) surface = std::max(surface, fastest(*s.machine, world, end));
   if (s.soil)
     for (const InletSection& inlet : s.soil->inlets) sphere = std::max(sphere, speed_below(inlet, *s.soil, s.gravity));
-  if (s.soil && s.soil->container) fall = std::sqrt(2 * dem::norm(s.gravity) * s.soil->container->size.y);
+  if (s.soil && s.soil->container)
+    fall = std::sqrt(2 * dem::norm(s.gravity) * fall_through(s.soil->container->size, s.gravity));
   return std::max({0.1, 2 * sphere, sphere + surface, fall});
 }
 

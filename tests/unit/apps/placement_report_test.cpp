@@ -134,6 +134,29 @@ TEST(PlacementReport, TheSmallestSphereIsThatOfTheDistribution) {
   EXPECT_NE(said.find("its smallest sphere has a diameter of 0.016 m"), std::string::npos) << said;
 }
 
+/// Grains that fall along x fall through the container's length: the scenario that is turned by 90 degrees has the same
+/// step to the bit.
+TEST(PlacementReport, ImpactsAreThoseOfAFallAlongGravity) {
+  const auto step = [](const char* gravity, const char* size, const char* at, const char* open) {
+    const Loaded loaded = load_scenario_text(fmt::format(R"(subsoil: 1
+gravity: {} m/s^2
+materials: {{soil: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [soil, soil], law: linear, k_n: 60 kN/m, restitution: 0.4, mu: 0.5}}]
+soil:
+  container: {{size: {} m, at: 0 0 0 m, material: soil, open: [{}]}}
+  bed: {{fill: particles, material: soil, particles: [{{position: {} m, radius: 10 mm}}]}}
+time: {{end: 1 s}}
+)",
+                                                         gravity, size, open, at));
+    return build_world(loaded, {.threads = 1, .settle = false, .restored = {}, .progress = {}}).step;
+  };
+  const StepReport down = step("0 -10 0", "0.3 0.2 0.1", "0.1 0.1 0.05", "+y"),
+                   along = step("10 0 0", "0.2 0.3 0.1", "0.1 0.1 0.05", "-x");
+  EXPECT_EQ(down.expected_speed, 2);  // sqrt(2 g 0.2 m)
+  EXPECT_EQ(along.expected_speed, 2);
+  EXPECT_EQ(along.soil_step, down.soil_step);
+}
+
 /// Counted before the first one, which would run for years.
 TEST(PlacementReport, StepsWithoutNumberAreRefused) {
   const auto refused = [](const char* radius, const std::vector<std::string>& sets) {
