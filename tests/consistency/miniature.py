@@ -18,6 +18,9 @@ FACTORS = {"mm": 1e-3, "cm": 1e-2, "m": 1, "kg": 1, "g": 1e-3, "t": 1e3, "s": 1,
            "rad/s": 1, "m/s^2": 1, "mm/s^2": 1e-3, "kg m^2": 1, "kg/m^3": 1, "g/cm^3": 1e3}
 
 
+STEP = 1e-4  # s, of the soil
+
+
 def numbers(text, default=0.0):
     if text is None:
         return default
@@ -64,9 +67,15 @@ class Miniature(Program):
         if "silent refusal" in self.faults:
             return 2, "", ""
         if word == "check":
-            return (2 if "check refuses" in self.faults else 0), "", "checked\n"
+            return (2 if "check refuses" in self.faults else 0), self.foretold(document), "checked\n"
         self.simulate(document, out, [str(o) for o in options])
         return 0, "", ""
+
+    def foretold(self, document):
+        """What `check` prints of a run."""
+        steps = float(numbers(document["time"]["end"])[0]) / STEP * (1.1 if "check predicts" in self.faults else 1.0)
+        count = len(document.get("soil", {}).get("bed", {}).get("particles", []))
+        return f"spheres         {count}\nsoil step       {STEP:.4g} s, 0.1 of the stable step\nsteps           {steps:.0f} for the run\ndisk            about 1 MB in 2 frames\n"
 
     def report(self, folder, path):
         columns = json.loads((folder / "summary.json").read_text())["columns"]
@@ -156,7 +165,7 @@ class Miniature(Program):
         entries = {head.split(" [")[0]: {"unit": head[:-1].split(" [")[1], "mean in window": float(v.mean()),
                                          "steps in window": {"min": float(v.min()), "max": float(largest(v))}}
                    for head, v in columns.items() if head != "time [s]"}
-        summary = {"columns": entries, "run": {"soil step [s]": 1e-4}, "equilibrium": {"pose": {n: {} for n in d.get("machine", {}).get("bodies", {})}, "coordinates that nothing holds": 0, "unstable eigenvalues": 0},
+        summary = {"columns": entries, "run": {"soil step [s]": STEP, "steps": round(end / STEP), "frames": 2}, "equilibrium": {"pose": {n: {} for n in d.get("machine", {}).get("bodies", {})}, "coordinates that nothing holds": 0, "unstable eigenvalues": 0},
                    "soil": getattr(self, "facts", {}), "window": {"from [s]": 0.0, "until [s]": end}}
         (out / "summary.json").write_text(json.dumps(summary))
         (out / "scenario.yaml").write_text(dump({**d, "defaults explicit": True}))

@@ -27,7 +27,7 @@ class Scenario:
 
 
 def draw(seed, declarations, kind=None):
-    rng = random.Random(seed)
+    rng, beside = random.Random(seed), random.Random(f"beside {seed}")
     kind = kind or rng.choice(["machine", "machine", "machine", "soil", "soil", "coupled"])
     tree, used = {"subsoil": 1}, []
     end = rng.choice([0.05, 0.1, 0.3]) if kind == "machine" else rng.choice([0.02, 0.04])
@@ -47,7 +47,6 @@ def draw(seed, declarations, kind=None):
     else:
         soil = SoilDraw(rng, declarations, end)
         tree.update(soil.draw(listed=kind == "coupled" or rng.random() < 0.6))
-        used += soil.used
         if kind == "coupled":
             # A tool and another surface do not feel each other, which ends a run.
             tree["boundaries"] = [one for one in tree.get("boundaries", []) if "plane" in one["shape"]]
@@ -55,10 +54,18 @@ def draw(seed, declarations, kind=None):
             tree = {key: value for key, value in tree.items() if value is not None}
             tree["machine"], extra = coupled_machine(rng, declarations, soil, end, tree)
             used += extra
+        soil.more(tree, beside)
+        used += soil.used
     tree["gravity"] = Quantity(gravity, "m/s^2", "direction")
     tree["time"] = {"end": Quantity((end,), "s")}
     if kind == "machine" and rng.random() < 0.5:
         tree["time"]["machine"] = {"integrator": rng.choice(INTEGRATORS)}
+    if kind == "machine" and "analysis" not in tree and beside.random() < 0.05:
+        tree["machine"], more = towed_machine(beside, declarations, end)
+        used[:] = [*more, "machine.start.towing equilibrium"]
+    if kind == "coupled" and beside.random() < 0.3:
+        tree["time"]["machine"] = {"soil steps per machine step": beside.randint(2, 5)}
+        used.append("several soil steps per machine step")
     tree["output"] = {"every": Quantity((end / 4,), "s"), "series every": Quantity((end / 20,), "s"), "precision": "double"}
     if kind != "machine":  # alone it is written with all digits
         tree["output"]["series digits"] = "all"
@@ -99,6 +106,29 @@ def coupled_machine(rng, declarations, soil, end, tree):
     machine["measures"][Name("soil on tool")] = {"soil force": Name("tool")}
     machine["surfaces"] = {Name("blade"): {"body": Name("tool"), "material": Name("steel"), **shape}}
     return {key: value for key, value in machine.items() if value}, maker.used
+
+
+def towed_machine(rng, declarations, end):
+    """A trolley on a level rail with an arm that hangs from it on a spring, and what pulls at the arm: it begins where all of it is at rest in the tow."""
+    maker = MachineDraw(rng, declarations, end)
+    maker.bodies.update(trolley=(0.0, 1.0), arm=(maker.rounded(-0.3, 0.3), 0.6))
+    maker.angles.update(trolley=0.0, arm=0.0)
+    machine = {"bodies": {}, "joints": {}, "forces": {}, "drivers": {}}
+    for name, at in maker.bodies.items():
+        mass = maker.rounded(0.5, 4)
+        machine["bodies"][Name(name)] = {"mass": Quantity((mass,), "kg"), "inertia": Quantity((float(f"{0.04 * mass:.4g}"),), "kg m^2"),
+                                         "at": Quantity(at, "m", "point"), "pose is": "about"}
+    speed = maker.rounded(-1, 1)
+    machine["joints"][Name("rail")] = {"translational": [Name("ground"), Name("trolley")], "at": Quantity((0.0, 1.0), "m", "point"), "along": Quantity((1.0, 0.0), "", "direction")}
+    machine["joints"][Name("pin")] = {"revolute": [Name("trolley"), Name("arm")], "at": Quantity((0.0, 1.0), "m", "point")}
+    machine["drivers"][Name("tow")] = {"coordinate": Name("trolley", ".x"), "velocity": constant(speed, "m/s", "x")}
+    machine["forces"][Name("torsion")] = {"rotational spring-damper": [Name("trolley"), Name("arm")], "stiffness": Quantity((maker.rounded(10, 50),), "N m/rad"),
+                                          "damping": Quantity((maker.rounded(0.1, 1),), "N m s/rad")}
+    for k in range(rng.choice([0, 1, 1, 2])):
+        maker.add(machine, "forces", f"f{k}", rng.choice(sorted(declarations.elements("machine.forces"))), rng.choice([("trolley", "arm"), ("ground", "arm")]))
+    machine["start"] = {"towing equilibrium": Quantity((speed,), "m/s", "axes turn")}
+    maker.measures(machine)
+    return machine, maker.used
 
 
 def above_the_bed(rng, spheres, shape, velocity, end):

@@ -215,6 +215,74 @@ class SoilDraw:
             answer["boundaries"] = [self.boundary(high)]
         return answer
 
+    def more(self, tree, rng):
+        """What stands beside beds: soil that sleeps, layers, an inlet, straw, a window that goes with the plate. `rng` is another than that of
+        the bed, so that a bed stays what it was when this list grows."""
+        soil, bed = tree["soil"], tree["soil"]["bed"]
+        made = bed["fill"] in ("lattice", "random")
+        fixed = any("fixed" in one for one in bed.get("particles", []))
+        plain = not fixed and "clumps" not in soil and not any(key.startswith("bond") for law in tree["contacts"] for key in law)
+        ways = [self.sleeping] if not fixed and "clumps" not in soil else []
+        ways += [self.inlet] if plain else []
+        if made and plain and "periodic" not in soil["container"]:
+            ways = [self.layers, self.straw, *ways]
+            if self.may_go_on(tree):
+                ways = [self.moving]
+        if ways and rng.random() < (0.9 if ways == [self.moving] else 0.35):
+            self.rng = rng
+            way = rng.choice(ways)
+            way(tree)
+            self.used.append(f"beside the bed: {way.__name__}")
+
+    def sleeping(self, tree):
+        tree["soil"]["active"] = {"within": Quantity((self.rounded(0, 0.05),), "m"), "below": Quantity((self.rounded(0.005, 0.05),), "m/s")}
+
+    def another_material(self, tree, name, density, own=()):
+        """A soil material with the grains' law to all others; own: keys of its contact with itself."""
+        tree["materials"][Name(name)] = {**tree["materials"][Name("grain")], "density": Quantity((density,), "kg/m^3")}
+        law = {key: value for key, value in tree["contacts"][0].items() if key != "between"}
+        tree["contacts"] += [{"between": [Name(name), Name(other)], **law} for other in ("grain", "steel")]
+        tree["contacts"].append({"between": [Name(name), Name(name)], **(own or law)})
+
+    def layers(self, tree):
+        bed = tree["soil"]["bed"]
+        self.another_material(tree, "clay", self.rounded(1500, 3000))
+        bed["depth"] = Quantity((0.05,), "m")
+        bed["layers"] = [{"material": Name("clay"), "thickness": Quantity((self.rounded(0.021, 0.029),), "m")}, {"material": Name("grain")}]
+        del bed["material"]
+
+    def inlet(self, tree):
+        size, low = tree["soil"]["container"]["@box"].size, tree["soil"]["container"]["@box"].at
+        edge = (0.05, 0.025, 0.04)
+        at = tuple(float(f"{l + self.rng.uniform(0.1, 0.9) * (s - e):.5g}") for l, s, e in zip(low, size, edge))
+        tree["soil"]["inlets"] = {Name("spout"): {
+            "box": {"@box": Box(edge, (at[0], low[1] + size[1] - edge[1] - 0.005, at[2]))}, "rate": Quantity((self.rounded(50, 400),), "1/s"),
+            "radius": Quantity((self.rounded(0.5 * RADIUS, RADIUS),), "m"), "velocity": Quantity((0.0, -self.rounded(0.1, 0.5), 0.0), "m/s", "direction"),
+            "seed": self.rng.randint(1, 99)}}
+
+    def straw(self, tree):
+        bond = {"law": "linear", "k_n": Quantity((self.rounded(2e3, 1e4),), "N/m"), "restitution": self.rounded(0.2, 0.8), "mu": self.rounded(0.1, 0.6), "bond": "fibre",
+                "bond modulus": Quantity((self.rounded(1e6, 1e7),), "Pa"), "bond tensile strength": Quantity((self.rounded(1e5, 1e7),), "Pa"),
+                "bond shear strength": Quantity((self.rounded(1e5, 1e7),), "Pa")}
+        self.another_material(tree, "straw", self.rounded(200, 800), bond)
+        tree["soil"]["bed"]["fibres"] = {Name("stalk"): {"material": Name("straw"), "length": Quantity((0.032,), "m"), "diameter": Quantity((0.008,), "m"),
+                                         "count": self.rng.randint(1, 3), "orientation": self.rng.choice(["horizontal", "random", "x", "z"]), "seed": self.rng.randint(1, 99)}}
+
+    @staticmethod
+    def may_go_on(tree):
+        """Only a plate that moves along, and nothing that stands in the way."""
+        plates = tree.get("boundaries", [])
+        return len(plates) == 1 and "plane" not in plates[0]["shape"] and "moves" in plates[0] and "machine" not in tree and tree["soil"]["bed"]["fill"] == "random"
+
+    def moving(self, tree):
+        container = tree["soil"]["container"]
+        block = 0.06
+        container["@box"] = Box((3 * block, container["@box"].size[1], container["@box"].size[2]), container["@box"].at)
+        plate = tree["boundaries"][0]
+        plate["at"] = Quantity((container["@box"].at[0] + 1.1 * block, plate["at"].values[1], 0.0), "m", "point")
+        plate["moves"] = [{"velocity": Quantity((2.5, 0.0, 0.0), "m/s", "direction")}]
+        tree["soil"]["moving"] = {"follows": Name("plate"), "block": Quantity((block,), "m")}
+
     def clumps(self, soil, high):
         rng = self.rng
         soil["clumps"] = {Name("pair"): {"spheres": [

@@ -82,7 +82,7 @@ PLANTED = {
     "other units": (machine, "units misread"), "include": (machine, "include matters"), "set against file": (machine, "set ignored"),
     "own scenario": (machine, "defaults matter"), "threads": (soil, "threads matter"), "observation": (machine, "rows matter"),
     "continuation": (machine, "state lost"), "integrators": (machine, "method matters"), "half step": (soil, "step matters"), "sentences": (machine, "not a number"),
-    "check against run": (machine, "check refuses"), "extremes": (machine, "maximum"), "newton and euler": (machine, "handed"),
+    "check against run": (machine, "check refuses"), "check predicts": (soil, "check predicts"), "extremes": (machine, "maximum"), "newton and euler": (machine, "handed"),
     "energy of machine": (machine, "energy"), "momentum of soil": (soil, "momentum"),
     "torque of soil": (soil, "torque"), "mass and energy of soil": (soil, "mass"), "work at the interface": (coupled, "interface"),
     "impulse of machine": (coupled, "impulse"), "watches": (machine, "integral"), "work of driver": (driven, "driver"), "losses": (machine, "losses"),
@@ -213,6 +213,8 @@ class Generator(unittest.TestCase):
         wanted |= {f"contacts.{name}" for name, key in self.declared.children("contacts").items() if key.type == "type"}
         wanted |= {f"boundaries.shape.{name}" for name, key in self.declared.children("boundaries.shape").items() if key.type != "file"}
         wanted |= {f"analysis.{word}" for word in self.declared.sections["Top level"]["analysis"].words}
+        wanted |= {f"beside the bed: {name}" for name in ("sleeping", "layers", "inlet", "straw", "moving")}
+        wanted |= {"several soil steps per machine step", "machine.start.towing equilibrium"}
         self.assertEqual(wanted - drawn, set())
 
     def test_a_new_joint_is_drawn(self):
