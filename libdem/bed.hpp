@@ -102,7 +102,8 @@ class Bed {
   int add(Boundary boundary);       ///< index of the boundary
   int add_shape(ClumpShape shape);  ///< of clumps; its index
   /// Clumps of shapes that the bed has; their members become spheres of the bed, numbered like others. Throws
-  /// std::invalid_argument for one without sense, where spheres may sleep, and in a bed with periodic sides.
+  /// std::invalid_argument for one without sense, for a number that is taken, where spheres may sleep, and in a bed
+  /// with periodic sides.
   void add(std::span<const ClumpSpec> clumps);
   /// Removes spheres for which the predicate holds, and clumps of which it holds for any sphere; returns how many
   /// spheres. Their contacts end.
@@ -128,7 +129,7 @@ class Bed {
   std::shared_ptr<const void> release_spheres();
   /// Spheres that are fixed, with what acted on them at t_n of the last step; in rising id.
   std::span<const FixedSphere> fixed_spheres() const;
-  std::span<const Clump> clumps() const;  ///< in rising number
+  std::span<const Clump> clumps() const;  ///< in the order in which they came
   const std::vector<ClumpShape>& clump_shapes() const;
   /// Place in `clumps` of the clump that a sphere belongs to; -1: it is loose.
   long clump_of(const Sphere& s) const;

@@ -44,17 +44,24 @@ double expected_spheres(const Loaded& loaded, World& world, const BuildOptions& 
 std::string clump_words(const dem::ClumpShape& shape, const World& world) {
   std::size_t there = 0;
   for (const dem::Clump& c : world.bed->clumps()) there += &world.bed->clump_shapes()[c.shape] == &shape;
-  return fmt::format("{}: {} of {} spheres, {:.4g} g, {:.4g} mm3 ({}), principal moments {:.4g} {:.4g} {:.4g} g mm2",
-                     shape.name, there, shape.members.size(), shape.mass * 1e3, shape.volume * 1e9,
+  const std::string count = there > 0 ? fmt::format("{} of", there) : "grains of";
+  return fmt::format("{}: {} {} spheres, {:.4g} g, {:.4g} mm3 ({}), principal moments {:.4g} {:.4g} {:.4g} g mm2",
+                     shape.name, count, shape.members.size(), shape.mass * 1e3, shape.volume * 1e9,
                      shape.error > 0 ? fmt::format("of the union, to {:.0e}", shape.error) : "exact",
                      shape.inertia.x * 1e9, shape.inertia.y * 1e9, shape.inertia.z * 1e9);
 }
 
 std::string inlet_words(const PouredSoil& one, double end) {
   double mass = 0;
-  const std::vector<dem::Sphere> due = one.inlet.due_by(end);
-  for (const dem::Sphere& s : due) mass += s.m;
-  return fmt::format("{}: {} spheres, {:.4g} kg until {:.6g} s", one.name, due.size(), mass, end);
+  std::size_t spheres = 0, clumps = 0;
+  for (const dem::InletGrain& grain : one.inlet.due_by(end)) {
+    mass += grain.body.m;
+    ++(grain.shape < 0 ? spheres : clumps);
+  }
+  const std::string grains = clumps == 0    ? fmt::format("{} spheres", spheres)
+                             : spheres == 0 ? fmt::format("{} clumps", clumps)
+                                            : fmt::format("{} spheres and {} clumps", spheres, clumps);
+  return fmt::format("{}: {}, {:.4g} kg until {:.6g} s", one.name, grains, mass, end);
 }
 
 }  // namespace
@@ -131,7 +138,7 @@ int check_command(const RunRequest& request) {
   if (world.bed)
     line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6,
                               world.bed->threads(), world.bed->kernel_name()));
-  const char* const of = world.inlets.empty() ? "" : ", without the spheres of inlets";
+  const char* const of = world.inlets.empty() ? "" : ", without the grains of inlets";
   line("wall time", "about " + duration_text(trial.cost.wall_time) + of);
   line("memory", "about " + bytes_text(trial.cost.memory) + of);
   line("disk", fmt::format("about {} in {} frames{}", bytes_text(trial.cost.disk), trial.cost.frames, of));

@@ -8,7 +8,7 @@ namespace subsoil::dem {
 
 /// What came into a bed, or left it, on the way: of spheres when they begin or cease to move freely.
 struct CarriedSoil {
-  std::size_t spheres = 0;
+  std::size_t spheres = 0;                      ///< a clump counts once
   double mass = 0;                              ///< kg
   Vec3 momentum;                                ///< N s
   double kinetic = 0, gravity = 0, stored = 0;  /// J

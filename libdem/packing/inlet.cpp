@@ -11,7 +11,7 @@
 namespace subsoil::dem {
 namespace {
 
-/// Places that are tried for a sphere. Room for one in fifty parts of the region is found with a chance of 98 %; in a
+/// Places that are tried for a grain. Room for one in fifty parts of the region is found with a chance of 98 %; in a
 /// region less free than that the next interval is better.
 constexpr int kAttempts = 200;
 
@@ -31,7 +31,7 @@ std::uint64_t mixed(std::uint64_t seed, std::uint64_t stream) {
   return z ^ (z >> 31);
 }
 
-/// Draws centres of spheres that the region holds.
+/// Draws centres of grains that the region holds. A clump lies within the sphere of its reach.
 struct DrawCentre {
   double radius;
   RandomNumbers& random;
@@ -65,13 +65,13 @@ struct RefuseSmall {
       if (!(box.high[d] - box.low[d] >= diameter * (1 - 1e-9)))
         refuse_inlet("the box is " + millimetres(box.high[d] - box.low[d]) + " long in " + "xyz"[d] +
                      ", less than the diameter " + millimetres(diameter) +
-                     " of its largest sphere; enlarge it, or choose smaller spheres");
+                     " of its largest grain; enlarge it, or choose smaller grains");
   }
   void operator()(const InletDisk& disk) const {
     if (!(norm(disk.normal) > 0)) refuse_inlet("the normal of the disk must not be zero");
     if (!(2 * disk.radius >= diameter * (1 - 1e-9)))
       refuse_inlet("the disk is " + millimetres(2 * disk.radius) + " wide, less than the diameter " +
-                   millimetres(diameter) + " of its largest sphere; enlarge it, or choose smaller spheres");
+                   millimetres(diameter) + " of its largest grain; enlarge it, or choose smaller grains");
   }
 };
 
@@ -91,9 +91,14 @@ class Occupied {
     for (int b = 0; b < bed.boundary_count(); ++b)
       if (bed.boundary(b).active) boundaries_.push_back(b);
   }
-  void add(const Sphere& s) { spheres_.push_back(s); }
+  void add(const std::vector<Sphere>& grain) { spheres_.insert(spheres_.end(), grain.begin(), grain.end()); }
 
   /// Nothing within reach of a force.
+  bool lets(const std::vector<Sphere>& grain) const {
+    return std::all_of(grain.begin(), grain.end(), [&](const Sphere& s) { return lets(s); });
+  }
+
+ private:
   bool lets(const Sphere& s) const {
     for (const Sphere& other : spheres_) {
       const Vec3 apart = cell_.shortest(s.x - other.x);
@@ -104,7 +109,6 @@ class Occupied {
                         [&](int b) { return inside_or_overlapping(s, bed_.boundary(b), gap_); });
   }
 
- private:
   const Bed& bed_;
   const PeriodicCell& cell_;
   double gap_ = 0;  ///< across which a law acts, m
@@ -112,33 +116,70 @@ class Occupied {
   std::vector<int> boundaries_;
 };
 
+/// Of all spheres that the inlet pours, m.
+double largest_sphere(const InletPlan& plan) {
+  double largest = 0, share = 0;
+  for (const ClumpPart& part : plan.clumps) {
+    share += part.share;
+    for (const ClumpMember& m : plan.shapes[static_cast<std::size_t>(part.shape)].members)
+      largest = std::max(largest, m.radius);
+  }
+  return share < 1 - 1e-9 ? std::max(largest, largest_radius(plan.radius)) : largest;
+}
+
 }  // namespace
+
+std::vector<Sphere> InletGrain::spheres(const std::vector<ClumpShape>& shapes) const {
+  if (shape < 0) return {body};
+  const ClumpShape& clump = shapes[static_cast<std::size_t>(shape)];
+  const std::vector<double> share = shares_by_volume(clump);
+  std::vector<Sphere> out(clump.members.size(), body);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    out[k].x = body.x + attitude.rotate(clump.members[k].at);
+    out[k].r = clump.members[k].radius;
+    out[k].m = clump.mass * share[k];
+    out[k].id = body.id + static_cast<std::uint32_t>(k);
+  }
+  return out;
+}
 
 Inlet::Stream::Stream(const InletPlan& plan)
     : sampler_(plan.radius, plan.shares),
       random_(mixed(plan.seed, 0)),
       of_(plan.of),
+      clumps_(plan.clumps),
       first_id_(plan.first_id),
       id_step_(plan.id_step) {
+  for (const ClumpPart& part : clumps_) masses_.push_back(plan.shapes.at(static_cast<std::size_t>(part.shape)).mass);
   draw();
 }
 
 void Inlet::Stream::draw() {
-  next_.r = sampler_.draw(random_);
-  next_.m = of_.density * sphere_volume(next_.r);
-  next_.id = first_id_ + number_ * id_step_;
-  next_.material = static_cast<std::uint16_t>(of_.material);
-  next_.kind = SphereKind::free;
+  next_ = {};
+  Sphere& body = next_.body;
+  if (const ClumpPart* const part = draw_part(clumps_, random_); part != nullptr) {
+    next_.shape = part->shape;
+    next_.attitude = any_attitude(random_);
+    body.r = part->reach;
+    body.m = masses_[static_cast<std::size_t>(part - clumps_.data())];
+    body.kind = SphereKind::member;
+  } else {
+    body.r = sampler_.draw(random_);
+    body.m = of_.density * sphere_volume(body.r);
+    body.kind = SphereKind::free;
+  }
+  body.id = first_id_ + number_ * id_step_;
+  body.material = static_cast<std::uint16_t>(of_.material);
 }
 
 void Inlet::Stream::pass() {
-  mass_ += next_.m;
+  mass_ += next_.body.m;
   ++number_;
   draw();
 }
 
 bool Inlet::is_due(const Stream& stream, double asked) const {
-  return (plan_.counts ? stream.number() + 0.5 : stream.before() + 0.5 * stream.next().m) <= asked;
+  return (plan_.counts ? stream.number() + 0.5 : stream.before() + 0.5 * stream.next().body.m) <= asked;
 }
 
 Inlet::Inlet(InletPlan plan) : plan_(std::move(plan)) {
@@ -146,7 +187,7 @@ Inlet::Inlet(InletPlan plan) : plan_(std::move(plan)) {
   if (!(plan_.interval > 0)) refuse_inlet("the interval must be above zero");
   if (!(plan_.from < plan_.until)) refuse_inlet("must open before it closes");
   if (!(plan_.of.density > 0)) refuse_inlet("the density must be above zero");
-  std::visit(RefuseSmall{2 * largest_radius(plan_.radius)}, plan_.region);
+  std::visit(RefuseSmall{2 * largest_reach(plan_.radius, plan_.clumps)}, plan_.region);
   state_.first_id = plan_.first_id;
   static_cast<void>(Stream{plan_});  // refuses a distribution without sense
 }
@@ -161,17 +202,19 @@ std::size_t Inlet::pour(Bed& bed, double last_step) {
   if (turn <= state_.turn || time > plan_.until + plan_.interval) return 0;
   state_.turn = turn;
 
-  Occupied occupied(bed, std::visit(BoxAround{}, plan_.region), largest_radius(plan_.radius));
+  Occupied occupied(bed, std::visit(BoxAround{}, plan_.region), largest_sphere(plan_));
   RandomNumbers random(mixed(plan_.seed, static_cast<std::uint64_t>(turn) + 1));
   const Vec3 gravity = bed.options().gravity;
   Bed::State in;
+  std::vector<ClumpSpec> clumps;
   CarriedSoil more;
   while (is_due(*stream_, asked)) {
-    Sphere s = stream_->next();
+    InletGrain grain = stream_->next();
+    Sphere& s = grain.body;
     bool placed = false;
     for (int k = 0; k < kAttempts && !placed; ++k) {
       s.x = std::visit(DrawCentre{s.r, random}, plan_.region);
-      placed = occupied.lets(s);
+      placed = occupied.lets(grain.spheres(plan_.shapes));
     }
     if (!placed) {
       ++state_.waited;
@@ -179,20 +222,32 @@ std::size_t Inlet::pour(Bed& bed, double last_step) {
     }
     s.v = plan_.velocity;
     more.add(s, gravity);
-    occupied.add(s);
+    occupied.add(grain.spheres(plan_.shapes));
     s.v -= (0.5 * last_step) * gravity;  // of half a step before
-    in.spheres.push_back(s);
+    if (grain.shape < 0)
+      in.spheres.push_back(s);
+    else
+      clumps.push_back({grain.shape, s.x, grain.attitude, s.v, {}, s.material, s.id});
     stream_->pass();
   }
-  if (in.spheres.empty()) return 0;
-  bed.insert(in);
+  if (more.spheres == 0) return 0;
+  if (!in.spheres.empty()) bed.insert(in);
+  bed.add(clumps);
   bed.count_removed(-more.energy());
   state_.poured.add(more);
-  return in.spheres.size();
+  return more.spheres;
 }
 
-std::vector<Sphere> Inlet::due_by(double time) const {
-  std::vector<Sphere> out;
+double Inlet::smallest_radius() const {
+  double smallest = least_radius(plan_.radius);
+  for (const ClumpPart& part : plan_.clumps)
+    for (const ClumpMember& m : plan_.shapes[static_cast<std::size_t>(part.shape)].members)
+      smallest = std::min(smallest, m.radius);
+  return smallest;
+}
+
+std::vector<InletGrain> Inlet::due_by(double time) const {
+  std::vector<InletGrain> out;
   const double all = asked(time);
   for (Stream stream(plan_); is_due(stream, all); stream.pass()) out.push_back(stream.next());
   return out;

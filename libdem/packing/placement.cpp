@@ -32,32 +32,6 @@ std::size_t rows(double length, double radius, double pitch) {
   return between < 0 ? 0 : 1 + static_cast<std::size_t>(std::floor(between));
 }
 
-/// The part that the next grain belongs to; null: it is a sphere. Without clumps no number is drawn.
-const ClumpPart* draw_part(const std::vector<ClumpPart>& clumps, RandomNumbers& random) {
-  if (clumps.empty()) return nullptr;
-  double left = random.uniform();
-  for (const ClumpPart& part : clumps) {
-    if (left < part.share) return &part;
-    left -= part.share;
-  }
-  // Shares that sum to 1 but for rounding leave no room for a sphere.
-  return left < 1e-9 ? &clumps.back() : nullptr;
-}
-
-/// Even over all attitudes (Shoemake 1992, Graphics Gems III).
-Quaternion any_attitude(RandomNumbers& random) {
-  const double u = random.uniform(), a = 2 * M_PI * random.uniform(), b = 2 * M_PI * random.uniform();
-  const double p = std::sqrt(1 - u), q = std::sqrt(u);
-  return {p * std::sin(a), p * std::cos(a), q * std::sin(b), q * std::cos(b)};
-}
-
-/// Radius of the largest grain's bounding sphere, m.
-double largest_reach(const RadiusDistribution& sizes, const std::vector<ClumpPart>& clumps) {
-  double largest = 0, share = 0;
-  for (const ClumpPart& part : clumps) largest = std::max(largest, part.reach), share += part.share;
-  return share < 1 - 1e-9 ? std::max(largest, largest_radius(sizes)) : largest;
-}
-
 /// Rows in a period: they must go on beyond the side as if it were not there.
 std::size_t rows_around(double length, double pitch, char axis) {
   const double number = length / pitch, whole = std::max(1.0, std::round(number));
@@ -69,6 +43,29 @@ std::size_t rows_around(double length, double pitch, char axis) {
 }
 
 }  // namespace
+
+const ClumpPart* draw_part(const std::vector<ClumpPart>& clumps, RandomNumbers& random) {
+  if (clumps.empty()) return nullptr;
+  double left = random.uniform();
+  for (const ClumpPart& part : clumps) {
+    if (left < part.share) return &part;
+    left -= part.share;
+  }
+  // Shares that sum to 1 but for rounding leave no room for a sphere.
+  return left < 1e-9 ? &clumps.back() : nullptr;
+}
+
+Quaternion any_attitude(RandomNumbers& random) {
+  const double u = random.uniform(), a = 2 * M_PI * random.uniform(), b = 2 * M_PI * random.uniform();
+  const double p = std::sqrt(1 - u), q = std::sqrt(u);
+  return {p * std::sin(a), p * std::cos(a), q * std::sin(b), q * std::cos(b)};
+}
+
+double largest_reach(const RadiusDistribution& sizes, const std::vector<ClumpPart>& clumps) {
+  double largest = 0, share = 0;
+  for (const ClumpPart& part : clumps) largest = std::max(largest, part.reach), share += part.share;
+  return share < 1 - 1e-9 ? std::max(largest, largest_radius(sizes)) : largest;
+}
 
 ClumpPart clump_part(const Bed& bed, int shape, double share) {
   const ClumpShape& s = bed.clump_shapes().at(static_cast<std::size_t>(shape));

@@ -26,6 +26,13 @@ struct ClumpPart {
 };
 ClumpPart clump_part(const Bed& bed, int shape, double share);
 
+/// The part that the next grain belongs to; null: it is a sphere. Without clumps no number is drawn.
+const ClumpPart* draw_part(const std::vector<ClumpPart>& clumps, RandomNumbers& random);
+/// Even over all attitudes (Shoemake 1992, Graphics Gems III).
+Quaternion any_attitude(RandomNumbers& random);
+/// Radius of the largest grain's bounding sphere, m. @param sizes of the spheres among them, if there are any
+double largest_reach(const RadiusDistribution& sizes, const std::vector<ClumpPart>& clumps);
+
 /// Spheres and clumps to be added to a bed.
 struct Grains {
   std::vector<SphereSpec> spheres;

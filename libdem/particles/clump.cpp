@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libdem/geometry/sphere_union.hpp"
+#include "libdem/particles/particles.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -108,6 +109,14 @@ ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members
     out.members.push_back({out.axes.conjugate().rotate(m.at - out.centre), m.radius});
     out.reach = std::max(out.reach, norm(m.at - out.centre) + m.radius);
   }
+  return out;
+}
+
+std::vector<double> shares_by_volume(const ClumpShape& shape) {
+  std::vector<double> out;
+  double sum = 0;
+  for (const ClumpMember& m : shape.members) out.push_back(sphere_volume(m.radius)), sum += out.back();
+  for (double& x : out) x /= sum;
   return out;
 }
 

@@ -44,6 +44,9 @@ struct GivenMass {
 ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members, double density,
                        const std::optional<GivenMass>& given = {});
 
+/// How the mass is divided among the spheres where results need it sphere by sphere: by their volumes.
+std::vector<double> shares_by_volume(const ClumpShape& shape);
+
 /// A clump as the user gives it: the centre of mass and the principal axes.
 struct ClumpSpec {
   int shape = 0;          ///< index of its shape in the bed
@@ -52,6 +55,8 @@ struct ClumpSpec {
   Vec3 velocity;          ///< of the centre of mass, m/s, at t = 0
   Vec3 angular_velocity;  ///< rad/s, world axes
   int material = 0;       ///< of all its spheres
+  /// Number of its first sphere, and its own; the other spheres follow. Left out: the next numbers.
+  std::optional<std::uint32_t> number{};
 };
 
 /// State of a clump in the bed.

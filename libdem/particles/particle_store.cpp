@@ -86,10 +86,11 @@ void ParticleStore::sync_from_mixed(int threads) {
     copy_motion(mixed_[static_cast<std::size_t>(i)], spheres_[static_cast<std::size_t>(i)]);
 }
 
-void ParticleStore::add(const SphereSpec& in, int materials) {
+void ParticleStore::add(const SphereSpec& in, int materials, std::optional<std::uint32_t> number) {
   const double m = in.density * sphere_volume(in.radius);
+  const std::uint32_t id = number.value_or(next_id_);
   const auto refuse = [&](const char* rule) {
-    throw std::invalid_argument("sphere " + std::to_string(next_id_) + ": " + rule);
+    throw std::invalid_argument("sphere " + std::to_string(id) + ": " + rule);
   };
   if (!std::isfinite(dot(in.position, in.position) + dot(in.velocity, in.velocity) +
                      dot(in.angular_velocity, in.angular_velocity)))
@@ -98,7 +99,8 @@ void ParticleStore::add(const SphereSpec& in, int materials) {
   if (in.material < 0 || in.material >= materials) refuse("no such material");
   drop_images();
   slot_of_id_.clear();
-  spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, next_id_++,
+  next_id_ = std::max(next_id_, id + 1);
+  spheres_.push_back({in.position, in.radius, in.velocity, m, in.angular_velocity, id,
                       static_cast<std::uint16_t>(in.material), in.kind, 0});
 }
 

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -83,8 +84,8 @@ class ParticleStore {
   /// Before each step: what it moves are the records of mixed precision, if there are any.
   void begin_step() { spheres_behind_ = is_mixed(); }
 
-  /// Adds a sphere with the next number. Throws std::invalid_argument for one without sense.
-  void add(const SphereSpec& in, int materials);
+  /// Adds a sphere with this number, which is new, or the next one. Throws std::invalid_argument for one without sense.
+  void add(const SphereSpec& in, int materials, std::optional<std::uint32_t> number = {});
   void clear();
   void restore(const Sphere& s);  ///< with the number that it has
   /// Takes out the spheres whose centres lie below `floor`, m, and those for which `gone` holds; each is given to

@@ -3,7 +3,9 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "libdem/particles/rigid_rotation.hpp"
@@ -59,6 +61,32 @@ void Bed::add(std::span<const SphereSpec> spheres) {
   bed.criterion.invalidate();
 }
 
+namespace {
+
+/// Throws std::invalid_argument where a clump asks for a number that a sphere has, or that another asks for.
+void require_free_numbers(const Bed::Impl& bed, std::span<const ClumpSpec> clumps) {
+  const std::vector<ClumpShape>& shapes = bed.clumps.shapes();
+  std::vector<std::array<std::uint32_t, 2>> asked;  // begin and end
+  for (const ClumpSpec& c : clumps)
+    if (c.number && c.shape >= 0 && static_cast<std::size_t>(c.shape) < shapes.size())
+      asked.push_back({*c.number, *c.number + static_cast<std::uint32_t>(
+                                                  shapes[static_cast<std::size_t>(c.shape)].members.size())});
+  if (asked.empty()) return;
+  const auto refuse = [](std::uint32_t id) {
+    throw std::invalid_argument("the bed has a sphere of number " + std::to_string(id) + " already");
+  };
+  std::sort(asked.begin(), asked.end());
+  for (std::size_t k = 1; k < asked.size(); ++k)
+    if (asked[k][0] < asked[k - 1][1]) refuse(asked[k][0]);
+  for (const Sphere& s : bed.particles.spheres()) {
+    const auto after = std::upper_bound(asked.begin(), asked.end(), s.id,
+                                        [](std::uint32_t id, const auto& range) { return id < range[0]; });
+    if (after != asked.begin() && s.id < (*std::prev(after))[1]) refuse(s.id);
+  }
+}
+
+}  // namespace
+
 int Bed::add_shape(ClumpShape shape) { return impl_->clumps.add_shape(std::move(shape)); }
 
 void Bed::add(std::span<const ClumpSpec> clumps) {
@@ -70,6 +98,7 @@ void Bed::add(std::span<const ClumpSpec> clumps) {
     throw std::invalid_argument("clumps cannot cross periodic sides: leave one of them out");
   bed.balance.fold(bed.surfaces.chunks);
   bed.particles.sync_from_mixed(bed.threads);
+  require_free_numbers(bed, clumps);
   for (const ClumpSpec& in : clumps) {
     bed.clumps.add(in, bed.particles, bed.laws.table().materials);
     if (bed.particles.size() > kMostSpheres)

@@ -9,19 +9,6 @@
 #include "libdem/particles/rigid_rotation.hpp"
 
 namespace subsoil::dem {
-namespace {
-
-/// How a mass is divided among members where results need it sphere by sphere: by their volumes.
-std::vector<double> shares_by_volume(const ClumpShape& shape) {
-  std::vector<double> out;
-  double sum = 0;
-  for (const ClumpMember& m : shape.members) out.push_back(sphere_volume(m.radius)), sum += out.back();
-  for (double& x : out) x /= sum;
-  return out;
-}
-
-}  // namespace
-
 int Clumps::add_shape(ClumpShape shape) {
   if (shape.members.empty()) throw std::invalid_argument("clump " + shape.name + ": has no sphere");
   shares_.push_back(shares_by_volume(shape));
@@ -34,16 +21,19 @@ void Clumps::add(const ClumpSpec& in, ParticleStore& particles, int materials) {
     throw std::invalid_argument("clump " + std::to_string(next_id_) + ": no such shape");
   const ClumpShape& shape = shapes_[static_cast<std::size_t>(in.shape)];
   Clump c;
-  c.id = next_id_++, c.shape = static_cast<std::uint32_t>(in.shape);
+  c.id = in.number.value_or(next_id_), c.shape = static_cast<std::uint32_t>(in.shape);
+  next_id_ = std::max(next_id_, c.id + 1);
   c.material = static_cast<std::uint16_t>(in.material);
   c.position = in.position, c.velocity = in.velocity, c.attitude = in.attitude.normalized();
   c.angular_momentum = angular_momentum_of(c.attitude, shape.inertia, in.angular_velocity);
   bool first = true;
+  std::optional<std::uint32_t> number = in.number;
   for (const ClumpMember& m : shape.members) {
     const Vec3 arm = c.attitude.rotate(m.at);
     particles.add({c.position + arm, c.velocity + cross(in.angular_velocity, arm), in.angular_velocity, m.radius,
                    shape.mass / sphere_volume(m.radius), in.material},
-                  materials);
+                  materials, number);
+    if (number) ++*number;
     Sphere& s = particles.spheres().back();
     s.m = shape.mass *
           shares_.at(static_cast<std::size_t>(in.shape))[static_cast<std::size_t>(&m - shape.members.data())];

@@ -48,7 +48,7 @@ class Clumps {
   std::span<const Clump> all() const { return clumps_; }
   const std::vector<ClumpShape>& shapes() const { return shapes_; }
   int add_shape(ClumpShape shape);
-  /// Adds a clump with the next number and its members, as spheres of the store.
+  /// Adds a clump and its members, as spheres of the store, with the numbers that it asks for or the next ones.
   void add(const ClumpSpec& in, ParticleStore& particles, int materials);
   /// Index of the clump that a sphere belongs to; kGone: none.
   std::uint32_t clump_of(std::uint32_t sphere_id) const {
@@ -111,7 +111,7 @@ class Clumps {
 
   std::vector<ClumpShape> shapes_;
   std::vector<std::vector<double>> shares_;  ///< of each shape's members in its mass
-  std::vector<Clump> clumps_;                ///< in rising id
+  std::vector<Clump> clumps_;                ///< in the order in which they came
   std::uint32_t next_id_ = 0;
   std::vector<std::uint32_t> of_id_;      ///< clump by id of the sphere
   std::vector<std::uint32_t> clump_at_;   ///< clump by index of the sphere

@@ -194,7 +194,7 @@ const ColumnFamily<SoilAsWhole> window_columns{"window", Taken::sample, windows,
                                                "of `soil.removed`"};
 const ColumnFamily<InletOfWorld> inlet_columns{
     "INLET", Taken::sample, inlets,
-    "of an inlet, since the start: mass and number of the spheres that came, their kinetic and potential energy, which "
+    "of an inlet, since the start: mass and number of the grains that came, their kinetic and potential energy, which "
     "is part of `soil.removed` with its sign turned"};
 
 const ColumnFamily<FibresOfWorld> fibre_columns{

@@ -72,7 +72,7 @@ void FrameOutput::list_particles(ParticleTable& table, const Scenario& scenario)
     table.density.push_back(dem::density(*sphere));
     table.material.push_back(sphere->material);
     if (!world_.fibres.empty()) table.fibre.push_back(fibre_of(world_.fibres, sphere->id));
-    if (world_.bed->clumps().empty()) continue;
+    if (!has_clumps(world_)) continue;
     table.clump.push_back(
         clump < 0 ? -1 : static_cast<std::int32_t>(world_.bed->clumps()[static_cast<std::size_t>(clump)].id));
     table.volume.push_back(world_.bed->volume_of(*sphere));
@@ -91,22 +91,26 @@ void put_in_order(std::vector<T>& values, const std::vector<std::size_t>& order)
 
 }  // namespace
 
-/// Spheres that inlets pour until the end of the run, where the table has them not yet: a run that is continued to a
-/// later end has more of them.
+/// Spheres, of clumps each one, that inlets pour until the end of the run, where the table has them not yet: a run that
+/// is continued to a later end has more of them.
 void FrameOutput::list_poured(ParticleTable& table, double end) const {
   if (world_.inlets.empty()) return;
   const std::set<std::int64_t> known(table.id.begin(), table.id.end());
+  const std::vector<dem::ClumpShape>& shapes = world_.bed->clump_shapes();
   for (const PouredSoil& one : world_.inlets)
-    for (const dem::Sphere& s : one.inlet.due_by(end + simulation_.step_length())) {
-      if (known.contains(s.id)) continue;
-      table.id.push_back(s.id);
-      table.radius.push_back(s.r);
-      table.density.push_back(dem::density(s));
-      table.material.push_back(s.material);
-      if (!world_.fibres.empty()) table.fibre.push_back(-1);
-      if (world_.bed->clumps().empty()) continue;
-      table.clump.push_back(-1);
-      table.volume.push_back(dem::sphere_volume(s.r));
+    for (const dem::InletGrain& grain : one.inlet.due_by(end + simulation_.step_length())) {
+      if (known.contains(grain.body.id)) continue;
+      for (const dem::Sphere& s : grain.spheres(shapes)) {
+        table.id.push_back(s.id);
+        table.radius.push_back(s.r);
+        table.density.push_back(dem::density(s));
+        table.material.push_back(s.material);
+        if (!world_.fibres.empty()) table.fibre.push_back(-1);
+        if (!has_clumps(world_)) continue;
+        const dem::ClumpShape* const shape = grain.shape < 0 ? nullptr : &shapes[static_cast<std::size_t>(grain.shape)];
+        table.clump.push_back(shape == nullptr ? -1 : static_cast<std::int32_t>(grain.body.id));
+        table.volume.push_back(shape == nullptr ? dem::sphere_volume(s.r) : shape->volume * s.m / shape->mass);
+      }
     }
   std::vector<std::size_t> order(table.id.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -34,8 +34,7 @@ PhysicsWatch::PhysicsWatch(const Scenario& scenario, const World& world) : s_(sc
     (dem::is_fixed(s) ? fixed_mass_ : mass_) += s.m, radius = std::max(radius, s.r);
     smallest_ = std::min(smallest_, s.r);
   }
-  for (const PouredSoil& poured : world.inlets)
-    smallest_ = std::min(smallest_, dem::least_radius(poured.inlet.plan().radius));
+  for (const PouredSoil& poured : world.inlets) smallest_ = std::min(smallest_, poured.inlet.smallest_radius());
   weight_times_radius_ = mass_ * dem::norm(scenario.gravity) * radius;
   rounding_ = energy_of_rounding(world, mass_);
   for (int b = 0; b < world.bed->boundary_count(); ++b) {

@@ -378,8 +378,31 @@ void SoilBuilder::name_fixed() {
   }
 }
 
+/// Of the material of what uses it, kg/m3; 0: nothing that has one does.
+double SoilBuilder::density_of(const ClumpSection& clump) const {
+  if (clump.density) return *clump.density;
+  const auto names = [&](const auto& uses) {
+    return std::any_of(uses.begin(), uses.end(), [&](const auto& use) { return use.shape == clump.name; });
+  };
+  std::vector<std::string> materials;
+  const Soil& soil = *loaded_.scenario.soil;
+  if (has_bed() && (names(bed().clumps) || names(bed().placed))) materials.push_back(bed().material);
+  for (const InletSection& i : soil.inlets)
+    if (names(clumps_of(i, soil.bed))) materials.push_back(sim::material_of(i, soil.bed));
+  double density = 0;
+  for (const std::string& name : materials) {
+    if (name.empty()) continue;
+    const double other = material_of(name).density;
+    if (density > 0 && other != density)
+      throw std::invalid_argument(fmt::format(
+          "is of materials of {:.6g} and {:.6g} kg/m^3; give it `density`, or a shape to each", density, other));
+    density = other;
+  }
+  return density > 0 || !has_bed() || bed().material.empty() ? density : material().density;
+}
+
 void SoilBuilder::add_shapes() {
-  if (!has_bed()) return;
+  if (!loaded_.scenario.soil) return;
   for (const ClumpSection& c : loaded_.scenario.soil->clumps) {
     std::vector<dem::ClumpMember> members;
     for (const ClumpSphere& s : c.spheres) members.push_back({c.scale * s.at, c.scale * s.radius});
@@ -390,7 +413,7 @@ void SoilBuilder::add_shapes() {
       given->inertia = dem::SquareMatrix<3>{{{j.x, p.x, p.z}, {p.x, j.y, p.y}, {p.z, p.y, j.z}}};
     }
     try {
-      const double density = c.density ? *c.density : bed().material.empty() ? 0 : material().density;
+      const double density = c.mass ? 0 : density_of(c);
       if (!c.mass && !(density > 0)) throw std::invalid_argument("needs `density`: the bed has no material of its own");
       world_.bed->add_shape(dem::clump_shape(c.name, members, density, given));
     } catch (const std::invalid_argument& error) {
@@ -409,12 +432,13 @@ int shape_index(const Scenario& s, const std::string& name) {
 
 }  // namespace
 
-std::vector<dem::ClumpPart> SoilBuilder::parts() const {
+std::vector<dem::ClumpPart> parts_of(const std::vector<ClumpShare>& clumps, const Scenario& s, const dem::Bed& bed) {
   std::vector<dem::ClumpPart> out;
-  for (const ClumpShare& c : bed().clumps)
-    out.push_back(dem::clump_part(*world_.bed, shape_index(loaded_.scenario, c.shape), c.share));
+  for (const ClumpShare& c : clumps) out.push_back(dem::clump_part(bed, shape_index(s, c.shape), c.share));
   return out;
 }
+
+std::vector<dem::ClumpPart> SoilBuilder::parts() const { return parts_of(bed().clumps, loaded_.scenario, *world_.bed); }
 
 /// Of the spheres among the grains; where there are none, whatever the clumps are made of.
 dem::RadiusDistribution SoilBuilder::sizes() const {
@@ -650,6 +674,7 @@ dem::StepQuestion SoilBuilder::question() const {
   for (const InletSection& inlet :
        loaded_.scenario.soil ? loaded_.scenario.soil->inlets : std::vector<InletSection>{}) {
     q.neighbours = 12;
+    if (only_clumps(clumps_of(inlet, loaded_.scenario.soil->bed))) continue;
     const dem::RadiusDistribution sizes = sizes_of(inlet, loaded_.scenario);
     q.smallest_radius = std::min(q.smallest_radius, dem::least_radius(sizes));
     q.largest_radius = std::max(q.largest_radius, dem::largest_radius(sizes));

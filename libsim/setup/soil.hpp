@@ -10,6 +10,8 @@ namespace subsoil::sim {
 
 /// A distribution of the scenario as the bed takes it.
 dem::RadiusDistribution sizes_of(const RadiusDistribution& sizes);
+/// Shares of clumps as the bed takes them, once it has their shapes.
+std::vector<dem::ClumpPart> parts_of(const std::vector<ClumpShare>& clumps, const Scenario& s, const dem::Bed& bed);
 
 /// Makes the bed of a scenario in the order in which it must be made: walls and spheres, settling, datum, opened walls,
 /// and room for the machine.
@@ -58,6 +60,7 @@ class SoilBuilder {
   void assign_layers(std::vector<dem::SphereSpec>& spheres);
   void place_stand_in();
   void add_shapes();
+  double density_of(const ClumpSection& clump) const;
   void place_clumps();
   void clear_stones();
   bool has_fibres() const { return has_bed() && !bed().fibres.empty(); }

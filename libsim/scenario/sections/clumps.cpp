@@ -86,16 +86,22 @@ struct ClumpChecks : Checks {
   void clumps() {
     const Soil& soil = *s.soil;
     for (const ClumpSection& c : soil.clumps) shape(c);
-    const bool used = soil.bed && (!soil.bed->clumps.empty() || !soil.bed->placed.empty());
-    if (!soil.clumps.empty() && !used)
-      refuse("soil.clumps", "are used nowhere; name them in `soil.bed.clumps` or `soil.bed.placed`, or leave them out");
-    if (!used) return;
+    const bool lie = soil.bed && (!soil.bed->clumps.empty() || !soil.bed->placed.empty());
+    const bool poured =
+        std::any_of(soil.inlets.begin(), soil.inlets.end(), [](const InletSection& i) { return !i.clumps.empty(); });
+    if (!soil.clumps.empty() && !lie && !poured)
+      refuse("soil.clumps",
+             "are used nowhere; name them in `soil.bed.clumps`, `soil.bed.placed` or `clumps` of an inlet, or leave "
+             "them out");
+    if (!lie && !poured) return;
     if (soil.active)
       refuse("soil.active", "freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
     const auto& periodic = soil.container ? soil.container->periodic : std::array<bool, 3>{};
     if (std::any_of(periodic.begin(), periodic.end(), [](bool p) { return p; }))
       refuse("soil.container.periodic",
              "lets spheres through one by one, and clumps are rigid; leave it out, or the clumps");
+    for (const InletSection& i : soil.inlets) shares("soil.inlets." + i.name + ".clumps", i.clumps);
+    if (!lie) return;
     if (soil.bed->rough_floor)
       refuse("soil.bed.rough floor",
              "fixes spheres one by one, and clumps are rigid; list the floor as `particles` that "
@@ -113,15 +119,18 @@ struct ClumpChecks : Checks {
     if (c.products && !c.inertia) refuse(path + ".products", "needs `inertia`, whose matrix they belong to");
   }
 
-  void bed(const BedSection& b) {
-    const Names known = names_of(s.soil->clumps);
-    const bool mixed = b.fill == Fill::random || b.fill == Fill::lattice;
+  void shares(const std::string& path, const std::vector<ClumpShare>& clumps) {
     double sum = 0;
-    for (std::size_t i = 0; i < b.clumps.size(); ++i) {
-      named(fmt::format("soil.bed.clumps[{}].shape", i), b.clumps[i].shape, known);
-      sum += b.clumps[i].share;
+    for (std::size_t i = 0; i < clumps.size(); ++i) {
+      named(fmt::format("{}[{}].shape", path, i), clumps[i].shape);
+      sum += clumps[i].share;
     }
-    if (sum > 1 + 1e-9) refuse("soil.bed.clumps", fmt::format("have shares of {:.6g} together; at most 1", sum));
+    if (sum > 1 + 1e-9) refuse(path, fmt::format("have shares of {:.6g} together; at most 1", sum));
+  }
+
+  void bed(const BedSection& b) {
+    const bool mixed = b.fill == Fill::random || b.fill == Fill::lattice;
+    shares("soil.bed.clumps", b.clumps);
     if (!b.clumps.empty() && !mixed)
       refuse("soil.bed.clumps", "need `fill: random` or `lattice`; with `fill: particles` list them as `placed`");
     if (!b.clumps.empty() && !b.layers.empty())
@@ -133,7 +142,7 @@ struct ClumpChecks : Checks {
     for (std::size_t i = 0; i < b.placed.size(); ++i) {
       const PlacedClump& c = b.placed[i];
       const std::string path = fmt::format("soil.bed.placed[{}]", i);
-      named(path + ".shape", c.shape, known);
+      named(path + ".shape", c.shape);
       material(path + ".material", c.material);
       direction(path + ".rotation.axis", c.rotation.axis);
     }
@@ -143,11 +152,11 @@ struct ClumpChecks : Checks {
              "instead");
   }
 
-  void named(const std::string& path, const std::string& name, const Names& known) {
+  void named(const std::string& path, const std::string& name) {
     if (name.empty())
       refuse(path, "is missing: the name of one of `soil.clumps`");
     else
-      refer(path, name, known, "clump");
+      refer(path, name, names_of(s.soil->clumps), "clump");
   }
 };
 

@@ -19,17 +19,20 @@ void describe(Fields& v, InletDisk& d) {
 
 void describe(Fields& v, InletSection& i) {
   EitherQuantity rate("kg/s", i.mass_rate, "1/s", i.number_rate,
-                      "a mass (2 kg/s) or a number of spheres (500 1/s) per time");
-  v.section("box", i.box, "box in which the spheres come");
+                      "a mass (2 kg/s) or a number of grains (500 1/s) per time");
+  v.section("box", i.box, "box in which the grains come");
   v.section("disk", i.disk, "in place of the box: disk in which their centres come");
-  v.visit_value({"rate", "mass or number of spheres per time", true}, rate);
-  v.optional_reference("material", i.material, Family::material, "of the spheres; left out: the bed's");
+  v.visit_value({"rate", "mass or number of grains per time", true}, rate);
+  v.optional_reference("material", i.material, Family::material, "of the grains; left out: the bed's");
   v.optional_form("radius", i.radius, "radius of the spheres, or a distribution; left out: the bed's");
+  v.list("clumps", i.clumps,
+         "how many of the grains are clumps, each in an attitude of its own by the seed; left out with `radius`: the "
+         "bed's");
   v.choice("shares", i.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what a table's shares count");
   v.quantity("from", i.from, "s", "[0, inf)", "time at which it opens");
   v.quantity("until", i.until, "s", "(0, inf]", "time at which it closes");
-  v.vector("velocity", i.velocity, "m/s", "of the spheres when they come");
-  v.count("seed", i.seed, "[0, inf)", "of the random numbers: sizes and places");
+  v.vector("velocity", i.velocity, "m/s", "of the grains when they come");
+  v.count("seed", i.seed, "[0, inf)", "of the random numbers: sizes, attitudes and places");
 }
 
 bool has_own_radius(const InletSection& inlet) {
@@ -39,6 +42,10 @@ bool has_own_radius(const InletSection& inlet) {
 
 std::string material_of(const InletSection& inlet, const std::optional<BedSection>& bed) {
   return inlet.material.empty() && bed ? bed->material : inlet.material;
+}
+
+const std::vector<ClumpShare>& clumps_of(const InletSection& inlet, const std::optional<BedSection>& bed) {
+  return inlet.clumps.empty() && !has_own_radius(inlet) && bed ? bed->clumps : inlet.clumps;
 }
 
 namespace {
@@ -59,26 +66,31 @@ struct InletChecks : Checks {
  private:
   void inlet(const std::string& path, const InletSection& i) {
     if (i.box.has_value() == i.disk.has_value())
-      refuse(path, i.box ? "has `box` and `disk`; keep one of them" : "needs `box` or `disk`, in which spheres come");
+      refuse(path, i.box ? "has `box` and `disk`; keep one of them" : "needs `box` or `disk`, in which grains come");
     if (i.box) positive(path + ".box.size", i.box->size);
     if (i.disk) direction(path + ".disk.normal", i.disk->normal);
     if (!(i.from < i.until)) refuse(path + ".until", "must be later than `from`");
+    if (i.from >= s.time.end && s.time.end > 0)
+      refuse(
+          path + ".from", fmt::format("{:.6g} s", i.from),
+          fmt::format("is not before the end of the run, {:.6g} s; let it open earlier, or leave it out", s.time.end));
     const std::string of = material_of(i, s.soil->bed);
     if (of.empty())
-      refuse(path + ".material", "is missing: there is no bed of one material; name that of the spheres");
+      refuse(path + ".material", "is missing: there is no bed of one material; name that of the grains");
     else
       material(path + ".material", of);
-    if (has_own_radius(i))
+    const bool spheres = !only_clumps(clumps_of(i, s.soil->bed));
+    if (!spheres && has_own_radius(i))
+      refuse(path + ".radius", "has no effect: all grains are clumps; leave it out, or lower their shares");
+    else if (!spheres)
+      return;  // whose reach the inlet itself compares with its region
+    else if (has_own_radius(i))
       size(path, i, i.radius);
     else if (!s.soil->bed || s.soil->bed->fill > Fill::random || only_clumps(s.soil->bed->clumps) ||
              !s.soil->bed->layers.empty())
       refuse(path + ".radius", "is missing: there is no bed of one radius or distribution; give that of the spheres");
     else
       size(path, i, s.soil->bed->radius);
-    if (i.from >= s.time.end && s.time.end > 0)
-      refuse(
-          path + ".from", fmt::format("{:.6g} s", i.from),
-          fmt::format("is not before the end of the run, {:.6g} s; let it open earlier, or leave it out", s.time.end));
   }
 
   void size(const std::string& path, const InletSection& i, const RadiusDistribution& radius) {

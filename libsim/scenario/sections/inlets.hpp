@@ -2,11 +2,13 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "libsim/scenario/sections/clumps.hpp"
 #include "libsim/scenario/sections/placement.hpp"
 #include "libsim/scenario/sections/radius.hpp"
 
-/// Spheres that are poured in during the run.
+/// Spheres and clumps that are poured in during the run.
 namespace subsoil::sim {
 
 struct InletDisk {
@@ -25,6 +27,7 @@ struct InletSection {
   std::string material;               // of the bed unless given
   RadiusDistribution radius;          // of the bed unless given
   ShareOf shares = ShareOf::number;
+  std::vector<ClumpShare> clumps;  // among the grains; of the bed unless these or a radius are given
   double from = 0, until = std::numeric_limits<double>::infinity();  // s
   Vec3 velocity{};                                                   // m/s
   long seed = 1;
@@ -35,8 +38,10 @@ struct Checks;
 struct Scenario;
 struct BedSection;
 void check_inlets(Checks& checks, const Scenario& s);
-/// What its spheres are of: its own, or the bed's; empty: neither is given.
+/// What its grains are of: its own, or the bed's; empty: neither is given.
 std::string material_of(const InletSection& inlet, const std::optional<BedSection>& bed);
 bool has_own_radius(const InletSection& inlet);
+/// Which clumps are among its grains: its own, or the bed's where neither these nor a radius are given.
+const std::vector<ClumpShare>& clumps_of(const InletSection& inlet, const std::optional<BedSection>& bed);
 
 }  // namespace subsoil::sim

@@ -105,12 +105,12 @@ void describe(Fields& v, Soil& s) {
   v.section("container", s.container, "box of flat walls that act on spheres only");
   v.quantity("surface", s.surface, "m", "(-inf, inf)",
              "height y of the mean surface after settling: bed and container are shifted to it; left out: no shift");
-  v.named(
-      "clumps", s.clumps,
-      "rigid grains made of spheres (multi-spheres), by name; `soil.bed.clumps` and `soil.bed.placed` say where they "
-      "are");
+  v.named("clumps", s.clumps,
+          "rigid grains made of spheres (multi-spheres), by name; `soil.bed.clumps`, `soil.bed.placed` and "
+          "`soil.inlets` use "
+          "them");
   v.section("bed", s.bed, "the spheres");
-  v.named("inlets", s.inlets, "spheres that are poured in during the run, by name");
+  v.named("inlets", s.inlets, "spheres and clumps that are poured in during the run, by name");
   v.section("active", s.active,
             "spheres that rest far from every moving surface are frozen and skipped until something beside them moves; "
             "left out: all move");

@@ -1,13 +1,15 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "libdem/particles/particles.hpp"
 #include "libsim/post/frames_file.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
 
-/// Spheres that are poured in during a run. Oracles: the rate, what is neither in the bed nor removed, the balance of
-/// energy, a run that was not continued from a state.
+/// Spheres and clumps that are poured in during a run. Oracles: the rate, what is neither in the bed nor removed, the
+/// balance of energy, a run that was not continued from a state.
 namespace subsoil::sim::inlets {
 namespace {
 
@@ -116,6 +118,105 @@ TEST(Inlets, ARestartPoursTheSameSpheres) {
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_LT(dem::norm(x[i] - y[i]), 2e-6) << i;  // a quantum of the frames
 }
 
+/// Beans of two balls and spheres, poured into a cup with two beans in it.
+constexpr const char* kCup = R"(subsoil: 1
+materials: {seed: {density: 1200 kg/m^3}, husk: {density: 800 kg/m^3}}
+contacts:
+  - &dry {between: [seed, seed], law: linear, k_n: 5 kN/m, restitution: 0.4, mu: 0.4}
+  - {<<: *dry, between: [seed, husk]}
+  - {<<: *dry, between: [husk, husk]}
+soil:
+  container: {size: 80 120 80 mm, at: 0 0 0 m, material: seed}
+  clumps:
+    bean: {spheres: [{at: 0 0 0 mm, radius: 3 mm}, {at: 4 0 0 mm, radius: 3 mm}]}
+    small: {spheres: [{at: 0 0 0 mm, radius: 3 mm}, {at: 4 0 0 mm, radius: 3 mm}], scale: 0.8}
+  bed:
+    fill: particles
+    material: seed
+    placed: [{shape: bean, position: 20 3 20 mm}, {shape: bean, position: 60 3 60 mm}]
+  inlets:
+    left: {box: {at: 5 90 5 mm, size: 30 25 70 mm}, rate: 0.1 kg/s, clumps: [{shape: bean, share: 0.5}, {shape: small, share: 0.5}]}
+    right: {box: {at: 45 90 5 mm, size: 30 25 70 mm}, rate: 300 1/s, radius: 3 mm, clumps: [{shape: bean, share: 0.5}]}
+time: {end: 0.4 s}
+output: {precision: double, every: 0.1 s, series every: 10 ms, monitor: {fed: left.poured}}
+)";
+
+/// A bean is two balls but for the lens that they share, pi (4 r + d)(2 r - d)^2/12 (d apart).
+double bean(double scale) {
+  const double r = 3e-3 * scale, d = 4e-3 * scale;
+  return 1200 * (2 * 4.0 / 3.0 * M_PI * r * r * r - M_PI * (4 * r + d) * (2 * r - d) * (2 * r - d) / 12);
+}
+
+/// Frames hold each grain that came with its mass, the spheres of a clump with its number, as far apart as in its
+/// shape.
+TEST(Inlets, ClumpsAreInTheBooksAndInTheFrames) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(kCup), dir / "out"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), left = summary["inlets"]["left"],
+                       right = summary["inlets"]["right"];
+  const double step = summary["run"]["soil step [s]"].get<double>(), interval = 50 * step;
+  EXPECT_NEAR(left["mass [kg]"], 0.1 * 0.4, 0.5 * bean(1) + 0.1 * (interval + step));
+  EXPECT_NEAR(right["spheres"], 300 * 0.4, 0.5 + 300 * (interval + step));
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_EQ(series.at("fed"), series.at("left.poured"));
+
+  const FramesFile frames(dir / "out" / "run.h5");
+  const std::size_t last = frames.times().size() - 1;
+  const FrameSpheres there = frames.spheres(last, false);
+  const auto file = h5::open_file(dir / "out" / "run.h5");
+  const auto radius = h5::read<double>(file, "/particles/radius"),
+             density = h5::read<double>(file, "/particles/density");
+  const auto at = frame_positions(dir / "out", last);
+  double mass = 0;
+  std::map<std::int32_t, std::vector<std::size_t>> clumps;  // places in the frame
+  for (std::size_t i = 0; i < there.index.size(); ++i) {
+    const std::size_t k = there.index[i];
+    mass += density[k] * dem::sphere_volume(radius[k]);
+    if (const std::int32_t clump = frames.clump()[k]; clump >= 0) clumps[clump].push_back(i);
+  }
+  const double came = left["mass [kg]"].get<double>() + right["mass [kg]"].get<double>();
+  EXPECT_NEAR(mass, came + 2 * bean(1), 1e-9 * mass);
+  ASSERT_GT(clumps.size(), 100U);
+  for (const auto& [clump, spheres] : clumps) {
+    ASSERT_EQ(spheres.size(), 2U) << clump;
+    const double r = radius[there.index[spheres[0]]];
+    EXPECT_NEAR(dem::norm(at[spheres[1]] - at[spheres[0]]), 4.0 / 3.0 * r, 1e-9);
+  }
+  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 5e-3);
+}
+
+TEST(Inlets, ARestartPoursTheSameClumps) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(kCup);
+  ASSERT_EQ(run_scenario(file, dir / "whole"), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.2 s"}), exit_ok);
+  ASSERT_EQ(run_scenario(file, dir / "on", {}, state_in(dir / "first")), exit_ok);
+  EXPECT_EQ(summary_of(dir / "whole")["inlets"], summary_of(dir / "on")["inlets"]);
+  const FramesFile whole(dir / "whole" / "run.h5"), on(dir / "on" / "run.h5");
+  const std::size_t end = whole.times().size() - 1, last = on.times().size() - 1;
+  EXPECT_EQ(whole.spheres(end, false).index, on.spheres(last, false).index);
+  EXPECT_EQ(whole.clump(), on.clump());
+  EXPECT_EQ(frame_positions(dir / "whole", end), frame_positions(dir / "on", last));
+}
+
+TEST(Inlets, RefusalsOfClumpsNamePlaceRuleAndCure) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(kCup);
+  const auto refused = [&](const std::string& set, const char* part) {
+    const std::string text = subsoil::test::message_of([&] { run_scenario(file, dir / "out", {set}); });
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  refused("soil.inlets.left.clumps=[{shape: been, share: 1}]", "there is no clump of this name; did you mean `bean`?");
+  refused("soil.inlets.left.clumps=[{shape: bean, share: 1}, {shape: small, share: 0.5}]",
+          "soil.inlets.left.clumps: have shares of 1.5 together; at most 1");
+  refused("soil.inlets.left.radius=3 mm", "soil.inlets.left.radius: has no effect: all grains are clumps");
+  refused("soil.inlets.right.radius=50 mm", "less than the diameter 100 mm of its largest sphere");
+  refused("soil.inlets.left.box.size=8 25 70 mm", "the box is 8 mm long in x, less than the diameter 10 mm");
+  refused("soil.container.periodic=[x]", "lets spheres through one by one, and clumps are rigid");
+  refused("soil.inlets.left.material=husk",
+          "soil.clumps.bean: is of materials of 1200 and 800 kg/m^3; give it `density`");
+}
+
 TEST(Inlets, WarnsOfARateThatHasNoRoomAndRefusesWhatCannotBe) {
   const RunDirectory dir;
   const std::string file = dir.scenario(kHopper);
@@ -126,7 +227,7 @@ TEST(Inlets, WarnsOfARateThatHasNoRoomAndRefusesWhatCannotBe) {
   };
   const auto holds = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   EXPECT_PRED2(holds, refusal("soil.inlets.feed.rate=5 m/s"),
-               "needs a mass (2 kg/s) or a number of spheres (500 1/s) per time");
+               "needs a mass (2 kg/s) or a number of grains (500 1/s) per time");
   EXPECT_PRED2(holds, refusal("soil.inlets.feed.rate=0 kg/s"), "must be above zero");
   EXPECT_PRED2(holds, refusal("soil.inlets.feed.disk={at: 0 0 0 m, radius: 50 mm}"), "has `box` and `disk`");
   EXPECT_PRED2(holds, refusal("soil.inlets.feed.radius=26 mm"), "less than the diameter 52 mm of its largest sphere");
