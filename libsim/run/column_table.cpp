@@ -143,7 +143,7 @@ constexpr ColumnOf<InletOfWorld> inlets[] = {
 
 const FibreGroup& group(From f, const FibresOfWorld& g) { return f.world.fibres[g.index]; }
 constexpr ColumnOf<FibresOfWorld> fibres[] = {
-    {"buried", "1", [](From f, const FibresOfWorld& g) { return buried_share(f.world, group(f, g)); }},
+    {"buried", "1", [](From f, const FibresOfWorld& g) { return f.buried.share(g.index); }},
     {"broken bonds", "1", [](From f, const FibresOfWorld& g) { return count(broken_bonds(f.world, group(f, g))); },
      false, true}};
 

@@ -2,6 +2,7 @@
 #include <span>
 #include <string>
 
+#include "libsim/setup/fibre_facts.hpp"
 #include "libsim/setup/world.hpp"
 
 /// The one list of what series.csv holds: name, unit, meaning and where the number comes from. `Columns` reads it for
@@ -11,6 +12,7 @@ namespace subsoil::sim {
 struct ColumnSources {
   const World& world;
   const coupling::Simulation& simulation;
+  BuriedFibres& buried;
 };
 
 /// What a row holds of a column, and when it is read.

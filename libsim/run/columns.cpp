@@ -37,13 +37,16 @@ void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, c
   for (const ColumnOf<Owner>& c : family.columns) {
     const std::size_t column = add(owner.empty() ? c.name : owner + "." + c.name, c.unit, c.whole);
     if (c.in_summary) summarised_.push_back(column);
-    sources_[static_cast<int>(family.taken)].push_back(
-        {column, [from = ColumnSources{world_, simulation_}, of, value = c.value] { return value(from, of); }});
+    sources_[static_cast<int>(family.taken)].push_back({column, [from = ColumnSources{world_, simulation_, *buried_},
+                                                                 of, value = c.value] { return value(from, of); }});
   }
 }
 
 Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation)
-    : world_(world), simulation_(simulation), scenario_(loaded.scenario) {
+    : world_(world),
+      simulation_(simulation),
+      scenario_(loaded.scenario),
+      buried_(std::make_unique<BuriedFibres>(world)) {
   add("time", "s");
   if (world.machine) {
     machine_first_ = columns_.size();
@@ -353,6 +356,7 @@ void Columns::take_machine(const mbd::Instant& at, std::span<double> row, bool m
 }
 
 void Columns::take(Taken when, std::span<double> row) const {
+  buried_->begin_instant();
   for (const Source& s : sources_[static_cast<int>(when)]) row[s.column] = s.value();
 }
 

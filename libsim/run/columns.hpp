@@ -22,6 +22,7 @@ struct Instant;
 
 namespace subsoil::sim {
 
+class BuriedFibres;
 struct Loaded;
 struct MachineSection;
 struct Scenario;
@@ -134,6 +135,7 @@ class Columns {
   World& world_;
   coupling::Simulation& simulation_;
   const Scenario& scenario_;
+  std::unique_ptr<BuriedFibres> buried_;
   bool has_means_ = false, has_averaged_ = false;
   std::vector<SeriesColumn> columns_;
   std::vector<char> mean_, whole_;

@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <unordered_map>
-#include <utility>
 
 #include "libdem/packing/measure.hpp"
 #include "libmbd/base/dense.hpp"
@@ -21,9 +19,8 @@ class SoilFromAbove {
  public:
   explicit SoilFromAbove(const World& world) : cell_(world.bed->options().periodic) {
     for (const dem::Sphere& s : world.bed->spheres())
-      if (s.id < world.soil.fibres_from) add(s);
-    side_ = 2 * largest_;
-    for (const dem::Sphere& s : soil_) bins_[bin(s.x.x, s.x.z)].push_back(&s);
+      if (!is_of_fibres(world, s.id)) add(s);
+    sort();
   }
   double diameter() const { return 2 * dem::mean_radius(soil_); }
   double lowest() const {
@@ -34,16 +31,15 @@ class SoilFromAbove {
   /// Of the soil above a point, or below it where negative; none there: -infinity.
   double depth_of(const Vec3& point) const {
     const Vec3 x = cell_.wrapped(point);
-    const auto [i, k] = bin(x.x, x.z);
     double top = -std::numeric_limits<double>::infinity();
-    for (long di = -1; di <= 1; ++di)
-      for (long dk = -1; dk <= 1; ++dk) {
-        const auto found = bins_.find({i + di, k + dk});
-        if (found == bins_.end()) continue;
-        for (const dem::Sphere* s : found->second) {
-          const double dx = s->x.x - x.x, dz = s->x.z - x.z, square = s->r * s->r - dx * dx - dz * dz;
-          if (square > 0) top = std::max(top, s->x.y + std::sqrt(square));
-        }
+    if (sorted_.empty()) return top;
+    const long i = bin(0, x), k = bin(2, x), first = std::max(k - 1, 0L), last = std::min(k + 1, count_[2] - 1);
+    for (long n = std::max(i - 1, 0L); n <= std::min(i + 1, count_[0] - 1); ++n)
+      // Bins side by side along z are one after the other.
+      for (std::uint32_t e = start_[place(n, first)]; e < start_[place(n, last) + 1]; ++e) {
+        const Top& s = sorted_[e];
+        const double dx = s.x - x.x, dz = s.z - x.z, square = s.r * s.r - dx * dx - dz * dz;
+        if (square > 0) top = std::max(top, s.y + std::sqrt(square));
       }
     return top - x.y;
   }
@@ -65,15 +61,59 @@ class SoilFromAbove {
             if (image.x[d] > low && image.x[d] < high) soil_.push_back(image);
           }
   }
-  std::pair<long, long> bin(double x, double z) const {
-    return {static_cast<long>(std::floor(x / side_)), static_cast<long>(std::floor(z / side_))};
+  /// By bin of their plan, whose sides are a diameter of the largest sphere or more: a column of nine holds all that
+  /// reaches over a point. Bins cover two standard deviations to either side of the mean, all of an even bed, and those
+  /// at the rim whatever lies beyond: one sphere that has flown far leaves the others in bins of their own.
+  void sort() {
+    if (soil_.empty()) return;
+    const auto number = static_cast<double>(soil_.size());
+    Vec3 size;
+    for (const int d : {0, 2}) {
+      double low = soil_.front().x[d], high = low, sum = 0, squares = 0;
+      for (const dem::Sphere& s : soil_) low = std::min(low, s.x[d]), high = std::max(high, s.x[d]), sum += s.x[d];
+      for (const dem::Sphere& s : soil_) squares += (s.x[d] - sum / number) * (s.x[d] - sum / number);
+      const double far = 2 * std::sqrt(squares / number);
+      low_[d] = std::max(low, sum / number - far);
+      size[d] = std::max(std::min(high, sum / number + far) - low_[d], 0.0);
+    }
+    side_ = 2 * largest_;
+    while ((size.x / side_ + 1) * (size.z / side_ + 1) > number && (size.x > side_ || size.z > side_)) side_ *= 2;
+    for (const int d : {0, 2}) count_[d] = static_cast<long>(size[d] / side_) + 1;
+    start_.assign(static_cast<std::size_t>(count_[0] * count_[2]) + 1, 0);
+    const auto of = [&](const dem::Sphere& s) { return place(bin(0, s.x), bin(2, s.x)); };
+    for (const dem::Sphere& s : soil_) ++start_[of(s) + 1];
+    for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
+    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    sorted_.resize(soil_.size());
+    for (const dem::Sphere& s : soil_) sorted_[next[of(s)]++] = {s.x.x, s.x.y, s.x.z, s.r};
   }
+  long bin(int d, const Vec3& x) const {
+    const double of = std::floor((x[d] - low_[d]) / side_);
+    return static_cast<long>(std::clamp(of, 0.0, static_cast<double>(count_[d] - 1)));
+  }
+  std::size_t place(long i, long k) const { return static_cast<std::size_t>(i * count_[2] + k); }
 
+  struct Top {
+    double x, y, z, r;
+  };
   dem::PeriodicCell cell_;
   std::vector<dem::Sphere> soil_;
   double largest_ = 0, side_ = 1;
-  std::map<std::pair<long, long>, std::vector<const dem::Sphere*>> bins_;
+  Vec3 low_;
+  long count_[3] = {0, 0, 0};         ///< of bins along x and z
+  std::vector<std::uint32_t> start_;  ///< of each bin in
+  std::vector<Top> sorted_;
 };
+
+double buried_share(const World& world, const SoilFromAbove& soil, const FibreGroup& group) {
+  double mass = 0, buried = 0;
+  for (const dem::Sphere& s : world.bed->spheres()) {
+    if (!group.has(s.id)) continue;
+    mass += s.m;
+    if (soil.depth_of(s.x) > 0) buried += s.m;
+  }
+  return mass > 0 ? buried / mass : 0;
+}
 
 /// Bands of two mean diameters of the soil or thicker, of which no more than twelve reach to the floor.
 constexpr double kBandDiameters = 2, kMostBands = 12;
@@ -124,10 +164,11 @@ std::size_t broken_bonds(const World& world, const FibreGroup& group) {
       std::count_if(all.begin(), all.end(), [&](const dem::BrokenBond& b) { return group.has(b.ids[0]); }));
 }
 
-double buried_share(const World& world, const FibreGroup& group) {
-  FibreFacts facts;
-  take_depths(world, SoilFromAbove(world), group, facts);
-  return facts.mass > 0 ? facts.buried / facts.mass : 0;
+const std::vector<double>& BuriedFibres::shares() {
+  if (!shares_.empty()) return shares_;
+  const SoilFromAbove soil(world_);
+  for (const FibreGroup& group : world_.fibres) shares_.push_back(buried_share(world_, soil, group));
+  return shares_;
 }
 
 std::vector<FibreFacts> fibre_facts(const World& world) {

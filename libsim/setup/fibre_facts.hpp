@@ -33,8 +33,21 @@ struct FibreFacts {
 
 /// Of each group of World::fibres.
 std::vector<FibreFacts> fibre_facts(const World& world);
-/// Of what is there the share that is buried; 0 of nothing.
-double buried_share(const World& world, const FibreGroup& group);
+
+/// Of what is there of each group the share that is buried, 0 of nothing. The soil is searched once an instant for all
+/// groups, and not at all where none is asked for.
+class BuriedFibres {
+ public:
+  explicit BuriedFibres(const World& world) : world_(world) {}
+  void begin_instant() { shares_.clear(); }
+  double share(std::size_t group) { return shares()[group]; }
+
+ private:
+  const std::vector<double>& shares();
+
+  const World& world_;
+  std::vector<double> shares_;  ///< empty: not asked for yet
+};
 std::size_t broken_bonds(const World& world, const FibreGroup& group);
 
 }  // namespace subsoil::sim

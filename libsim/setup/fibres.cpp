@@ -87,6 +87,10 @@ void number_fibres(World& world) {
   for (FibreGroup& group : world.fibres) group.first = next, next = group.end();
 }
 
+bool is_of_fibres(const World& world, std::uint32_t id) {
+  return !world.fibres.empty() && id >= world.fibres.front().first && id < world.fibres.back().end();
+}
+
 std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id) {
   std::size_t before = 0;
   for (const FibreGroup& group : groups) {

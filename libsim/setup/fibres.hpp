@@ -36,6 +36,8 @@ bool is_of_fibres_only(const Scenario& s, int material);
 dem::StepQuestion question_between(const Scenario& s, const dem::StepQuestion& soil, int a, int b);
 /// World::fibres from SoilReport::fibres_from on: that number alone states which sphere belongs to which fibre.
 void number_fibres(World& world);
+/// Whether a sphere is one of a fibre, and none of the soil.
+bool is_of_fibres(const World& world, std::uint32_t id);
 /// Number of the fibre that a sphere belongs to, over all groups from 0; -1: of none.
 std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id);
 
