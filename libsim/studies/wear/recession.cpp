@@ -214,12 +214,13 @@ struct Loss {
   }
 };
 
-[[noreturn]] void refuse_at(const std::string& what, const Vec3& at) {
-  throw std::invalid_argument(
-      fmt::format("{} at ({:.4g}, {:.4g}, {:.4g}) m; wear it for less, spread the wear over a length, or mesh the "
-                  "surface with larger triangles there",
-                  what, at.x, at.y, at.z));
-}
+/// Why a surface does not recede further, and where.
+struct Stuck {
+  std::string why;
+  Vec3 at;
+};
+
+[[noreturn]] void refuse_at(const std::string& why, const Vec3& at) { throw Stuck{why, at}; }
 
 void refuse_bad_input(const TriangleMesh& mesh, std::span<const double> volumes) {
   if (!mesh.closed())
@@ -342,7 +343,7 @@ class Receding {
   void refuse_shrunk() const {
     for (std::size_t t = 0; t < triangles_.size(); ++t)
       if (height(p_, triangles_[t]) < least_height * first_[t])
-        refuse_at(fmt::format("the wear is as deep as triangle {}, {:.3g} m high, is", t + 1, first_[t]),
+        refuse_at(fmt::format("the wear uses up triangle {}, {:.3g} mm high,", t + 1, 1e3 * first_[t]),
                   p_[triangles_[t][0]]);
   }
 
@@ -384,9 +385,72 @@ void refuse_pierced(const Points& before, const TriangleMesh& after, const Fans&
       const Triangle& corners = after.triangles()[t];
       if (std::find(corners.begin(), corners.end(), v) != corners.end()) continue;
       if (passes(a, b, after.corner(t, 0), after.corner(t, 1), after.corner(t, 2)))
-        refuse_at(fmt::format("the wear, {:.3g} m deep, comes through the opposite side", norm(b - a)), before[v]);
+        refuse_at(fmt::format("the wear, {:.3g} mm deep, comes through the opposite side", 1e3 * norm(b - a)),
+                  before[v]);
     }
   }
+}
+
+/// Whether a side of one triangle passes through another that has no vertex of it.
+bool crosses(const TriangleMesh& mesh, const dem::MeshEdge& edge, std::uint32_t t) {
+  const Triangle& corners = mesh.triangles()[t];
+  if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return v == edge.low || v == edge.high; }))
+    return false;
+  return passes(mesh.vertices()[edge.low], mesh.vertices()[edge.high], mesh.corner(t, 0), mesh.corner(t, 1),
+                mesh.corner(t, 2));
+}
+
+/// Edges whose ends recede past each other carry the surface through itself, where no vertex need come out. What
+/// crossed before, as bodies in one mesh may, is left alone.
+void refuse_crossed(const TriangleMesh& before, const TriangleMesh& after) {
+  const dem::MeshSurface surface(after);
+  const dem::MeshEdges all(after.triangles());
+  std::vector<std::uint32_t> near;
+  for (const dem::MeshEdge& edge : all.edges) {
+    const Vec3 &a = after.vertices()[edge.low], &b = after.vertices()[edge.high];
+    near.clear();
+    surface.candidates(0.5 * (a + b), 0.5 * norm(b - a), near);
+    for (const std::uint32_t t : near)
+      if (crosses(after, edge, t) && !crosses(before, edge, t))
+        refuse_at("the worn surface passes through itself", before.vertices()[edge.low]);
+  }
+}
+
+/// Loses the volume by depths in these proportions. Throws Stuck.
+Recession recede_by(const TriangleMesh& mesh, const Fans& fans, const std::vector<double>& depth, double all) {
+  Recession out{.mesh = mesh};
+  Receding receding(mesh, fans, depth);
+  while (out.removed < all) {
+    const double left = all - out.removed, lost = receding.step(left, out.factor);
+    out.removed = lost == left ? all : out.removed + lost;
+    if (++out.steps == most_steps) receding.refuse_slow();
+  }
+  out.mesh = TriangleMesh(receding.vertices(), mesh.triangles());
+  refuse_pierced(mesh.vertices(), out.mesh, fans);
+  refuse_crossed(mesh, out.mesh);
+  return out;
+}
+
+/// By halving: how much of the volume can be lost, and what that looks like.
+[[noreturn]] void refuse_stuck(const Stuck& stuck, const TriangleMesh& mesh, const Fans& fans,
+                               const std::vector<double>& depth, double all) {
+  double low = 0, high = 1;
+  Recession furthest{.mesh = mesh};
+  while (high - low > 0.01 * high && high > 1e-4) {
+    const double share = 0.5 * (low + high);
+    try {
+      furthest = recede_by(mesh, fans, depth, share * all);
+      low = share;
+    } catch (const Stuck&) {
+      high = share;
+    }
+  }
+  const double deepest = recessed(mesh, furthest.mesh).deepest;
+  throw RecessionLimit(
+      fmt::format("{} at ({:.4g}, {:.4g}, {:.4g}) mm. The surface can lose {:.2g} % of that, {:.3g} mm at its deepest: "
+                  "wear it for less, spread the wear over a length, or mesh the surface with larger triangles there",
+                  stuck.why, 1e3 * stuck.at.x, 1e3 * stuck.at.y, 1e3 * stuck.at.z, 100 * low, 1e3 * deepest),
+      low, deepest);
 }
 
 }  // namespace
@@ -402,15 +466,11 @@ Recession recede(const TriangleMesh& mesh, std::span<const double> volumes, doub
   const Fans fans = fans_of(mesh);
   std::vector<double> depth = depths_of(mesh, fans, volumes);
   if (spread > 0) spread_depths(mesh, fans, spread, depth);
-  Receding receding(mesh, fans, depth);
-  while (out.removed < all) {
-    const double left = all - out.removed, lost = receding.step(left, out.factor);
-    out.removed = lost == left ? all : out.removed + lost;
-    if (++out.steps == most_steps) receding.refuse_slow();
+  try {
+    return recede_by(mesh, fans, depth, all);
+  } catch (const Stuck& stuck) {
+    refuse_stuck(stuck, mesh, fans, depth, all);
   }
-  out.mesh = TriangleMesh(receding.vertices(), mesh.triangles());
-  refuse_pierced(mesh.vertices(), out.mesh, fans);
-  return out;
 }
 
 Recessed recessed(const TriangleMesh& before, const TriangleMesh& after) {

@@ -1,5 +1,7 @@
 #pragma once
 #include <span>
+#include <stdexcept>
+#include <string>
 
 #include "libdem/geometry/triangle_mesh.hpp"
 
@@ -11,6 +13,15 @@ struct Recession {
   double removed = 0;      ///< m^3
   double factor = 0;       ///< of all depths, that meets the volume: 1 to first order
   int steps = 0;
+};
+
+/// A surface cannot recede as far as it should. What it can lose is found by halving, to a hundredth.
+class RecessionLimit : public std::invalid_argument {
+ public:
+  RecessionLimit(const std::string& what, double share_in, double depth_in)
+      : std::invalid_argument(what), share(share_in), depth(depth_in) {}
+  double share;  ///< of the volumes that it can lose
+  double depth;  ///< m, of its deepest place then
 };
 
 /// Moves the vertices of a closed mesh inward until it has lost the sum of `volumes` (m^3, by triangle).
@@ -31,8 +42,9 @@ struct Recession {
 /// @param spread m, the standard deviation along the surface over which depths spread before (diffusion with linear
 /// elements, cotangent weights, bounded to nonnegative: conserves the volume, makes no new extremes). Not across sharp
 /// edges. 0: not at all.
-/// Throws std::invalid_argument for an open mesh, for a volume below zero, and where the surface cannot recede so far:
-/// a triangle would shrink below a twentieth of its height, or a vertex would come through the opposite side.
+/// Throws std::invalid_argument for an open mesh and for a volume below zero, and RecessionLimit where the surface
+/// cannot recede so far: a triangle would shrink below a twentieth of its height, a vertex would come through the
+/// opposite side, or the surface would pass through itself.
 Recession recede(const dem::TriangleMesh& mesh, std::span<const double> volumes, double spread = 0);
 
 /// How far a mesh has receded from one with the same triangles.

@@ -114,6 +114,12 @@ class Wearing {
         state.by = recessed(result_.surfaces[k].mesh, receded.mesh);
         step.surfaces.push_back(state);
         meshes_.push_back(stl_text(receded.mesh, one.name));
+      } catch (const RecessionLimit& limit) {
+        const double most = (before == nullptr ? 0 : before->passes) + limit.share * passes;
+        throw std::invalid_argument(fmt::format("{} after {}: {}; it lasts {}", one.name, step.label, limit.what(),
+                                                r_.hectares.empty()
+                                                    ? fmt::format("{:.2g} passes", most)
+                                                    : fmt::format("{:.2g} ha", most * step.hectares / step.passes)));
       } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{} after {}: {}", one.name, step.label, error.what()));
       }

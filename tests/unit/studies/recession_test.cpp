@@ -307,6 +307,77 @@ TEST(Recession, WithoutWearNothingMoves) {
   EXPECT_EQ(recede(box, std::vector<double>(12, 0.0), 0.1).mesh.vertices(), box.vertices());
 }
 
+/// A plate of 10 mm whose faces are worn by 6 and 3 mm, in the middle of which no triangle spans both: what is told to
+/// be the limit recedes, with the volume closed, and what is above it by two hundredths does not.
+TEST(Recession, TheLimitThatARefusalStatesIsOne) {
+  const TriangleMesh box = dem::box_mesh({0.1, 0.01, 0.1}), plate = grid_box({0.1, 0.01, 0.1}, 10);
+  const std::vector<double> faces =
+      worn(box, [](const Vec3& n, const Vec3&) { return std::abs(n.y) > 0.9 ? 4.95e-3 : 0; });
+  const std::vector<double> pit =
+      worn(plate, [](const Vec3& n, const Vec3& p) { return n.y > 0.9 && std::hypot(p.x, p.z) < 0.02 ? 0.02 : 0; });
+  for (const auto& [mesh, lost] : {std::pair{box, faces}, std::pair{plate, pit}}) {
+    double share = 0, depth = 0;
+    try {
+      recede(mesh, lost);
+      ADD_FAILURE() << "accepted";
+    } catch (const RecessionLimit& limit) {
+      share = limit.share, depth = limit.depth;
+    }
+    ASSERT_GT(share, 0.1);
+    const auto part = [&](double of) {
+      std::vector<double> out = lost;
+      for (double& v : out) v *= of;
+      return out;
+    };
+    const Recession r = recede(mesh, part(share));
+    expect_same_sense(mesh, r.mesh);
+    EXPECT_NEAR(closure(mesh, r.mesh, share * sum(lost)), 0, 1e-12);
+    EXPECT_NEAR(recessed(mesh, r.mesh).deepest, depth, 1e-12);
+    EXPECT_THROW(recede(mesh, part(1.02 * share)), RecessionLimit);
+  }
+}
+
+/// A body with a valley along x on top and one along z below, both with flanks of 45 degrees: 8 mm apart where they
+/// pass over each other, far apart at their ends.
+TriangleMesh crossed_valleys() {
+  constexpr double a = 0.05, h = 4e-3;
+  const std::vector<Vec3> vertices{{-a, h, 0},       {a, h, 0},       {0, -h, -a},    {0, -h, a},
+                                   {-a, h + a, -a},  {a, h + a, -a},  {a, h + a, a},  {-a, h + a, a},
+                                   {-a, -h - a, -a}, {a, -h - a, -a}, {a, -h - a, a}, {-a, -h - a, a}};
+  const struct {
+    Vec3 outward;
+    std::vector<std::uint32_t> around;
+  } faces[] = {{{0, 1, 0}, {4, 5, 1, 0}},     {{0, 1, 0}, {0, 1, 6, 7}},      {{0, -1, 0}, {8, 2, 3, 11}},
+               {{0, -1, 0}, {2, 9, 10, 3}},   {{-1, 0, 0}, {0, 4, 8, 11, 7}}, {{1, 0, 0}, {1, 5, 9, 10, 6}},
+               {{0, 0, -1}, {2, 8, 4, 5, 9}}, {{0, 0, 1}, {3, 11, 7, 6, 10}}};
+  std::vector<dem::Triangle> triangles;
+  for (const auto& face : faces)
+    for (std::size_t k = 1; k + 1 < face.around.size(); ++k) {
+      dem::Triangle t{face.around[0], face.around[k], face.around[k + 1]};
+      if (dot(dem::area_vector(vertices[t[0]], vertices[t[1]], vertices[t[2]]), face.outward) < 0)
+        std::swap(t[1], t[2]);
+      triangles.push_back(t);
+    }
+  return TriangleMesh(vertices, triangles);
+}
+
+/// The upper valley sinks by sqrt(2) of the depth of its flanks: its edge passes the one below, and no vertex comes
+/// out.
+TEST(Recession, RefusesASurfaceThatPassesThroughItself) {
+  const TriangleMesh body = crossed_valleys();
+  ASSERT_TRUE(body.closed());
+  ASSERT_GT(body.volume(), 0);
+  const auto flanks = [&](double depth) {
+    return worn(body, [&](const Vec3& n, const Vec3&) { return n.y > 0.5 ? depth : 0; });
+  };
+  const Recession r = recede(body, flanks(5e-3));
+  EXPECT_NEAR(closure(body, r.mesh, sum(flanks(5e-3))), 0, 1e-12);
+  EXPECT_NEAR(body.vertices()[0].y - r.mesh.vertices()[0].y, std::numbers::sqrt2 * 5e-3 * r.factor, 1e-9);
+  const std::string refused = message_of<RecessionLimit>([&] { recede(body, flanks(7e-3)); });
+  EXPECT_NE(refused.find("the worn surface passes through itself at ("), std::string::npos) << refused;
+  EXPECT_NE(refused.find("mm at its deepest: wear it for less"), std::string::npos) << refused;
+}
+
 TEST(Recession, RefusesWhatCannotRecede) {
   const auto refusal = [](const TriangleMesh& mesh, const std::vector<double>& lost) {
     return message_of<std::invalid_argument>([&] { recede(mesh, lost); });
@@ -325,7 +396,7 @@ TEST(Recession, RefusesWhatCannotRecede) {
     return worn(box, [&](const Vec3& n, const Vec3&) { return std::abs(n.y) > 0.9 ? depth : 0; });
   };
   EXPECT_EQ(refusal(box, faces(4e-3)), "accepted");
-  EXPECT_EQ(holds(refusal(box, faces(4.9e-3)), "0.00995 m high, is at ("), "");
+  EXPECT_EQ(holds(refusal(box, faces(4.9e-3)), "9.95 mm high, at ("), "");
   EXPECT_EQ(holds(refusal(box, faces(6e-3)), "nothing is left; wear it for less"), "");
   // A pit through its middle, where no triangle spans both faces.
   const TriangleMesh plate = grid_box({0.1, 0.01, 0.1}, 10);
