@@ -127,8 +127,12 @@ struct SumsOfPart {
   [[gnu::always_inline]] void give(Ring ring) const {
     if (block == nullptr) return;
     const Part<P> zero(0.0);
-    const Push<P> push{{column[0], column[1], column[2], zero},
-                       {column[3], column[4], column[5], Count ? column[All::kColumns - 1] : zero}};
+    Push<P> push{{column[0], column[1], column[2], zero},
+                 {column[3], column[4], column[5], Count ? column[All::kColumns - 1] : zero}};
+#if defined(__AVX2__)
+    // Else GCC makes the rows before it asks whether a SELL chunk ends, which one block of three does.
+    for (int d = 0; d < 3; ++d) asm volatile("" : "+v"(push.f[d].v), "+v"(push.t[d].v));
+#endif
     each_row(push, first, [&](int l, const auto& of) {
       dem::SUBSOIL_ISA::add(*record(sums_of(ring, P{}), block->i[l].masked(ring.mask)), of);
     });
@@ -140,10 +144,35 @@ struct SumsOfPart {
 template <class P, bool Count>
 [[gnu::always_inline]] inline void add_to_j(const BlockResult& r, const PairBlock& block, const BlockShape& shape,
                                             bool same_torque, Ring ring) {
+  const auto to_lane = [&](int l, const auto& of) {
+    react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of);
+  };
+#if defined(__AVX2__) && !defined(__AVX512F__)
+  typename P::Real const* column[7];
+  for (int k = 0; k < 6; ++k) {
+    const int from = k < 3 || same_torque ? k : k + 3;
+    if constexpr (std::is_same_v<P, VecD>)
+      column[k] = r.push[from];
+    else
+      column[k] = r.push_single[from];
+  }
+  if constexpr (std::is_same_v<P, VecD>)
+    column[6] = Count ? r.push[BlockResult::kTouching] : nullptr;
+  else
+    column[6] = Count ? r.push_single[BlockResult::kTouching] : nullptr;
+#pragma GCC unroll 4
+  for (int first = 0; first < static_cast<int>(kBlock); first += 4) {
+    Row<Part<P>> row[4];
+    rows_in_memory<Count>(column, first, row);
+#pragma GCC unroll 4
+    for (int l = 0; l < 4; ++l) to_lane(first + l, row[l]);
+  }
+  return;
+#endif
 #pragma GCC unroll 4
   for (int first = 0; first < static_cast<int>(kBlock); first += kPart<P>)
     each_row(push_on_j<P>(push_on_i<P, Count>(r, shape.lanes, first), r, shape.lanes, first, same_torque), first,
-             [&](int l, const auto& of) { react(*record(sums_of(ring, P{}), block.j[l].masked(ring.mask)), of); });
+             to_lane);
 }
 
 /// BlockResult::sums of many blocks, lane by lane.

@@ -100,6 +100,35 @@ struct Row<VecFPart> {
 #endif
 }
 
+#if defined(__AVX2__) && !defined(__AVX512F__)
+/// Rows of four lanes from the columns in memory: loads put halves of two columns into one register, which half of the
+/// exchanges of make_rows do. @param column of force, torque, touching contacts, each of a whole block
+template <bool Count>
+[[gnu::always_inline]] inline void rows_in_memory(const double* const (&column)[7], int first, Row<VecD> (&row)[4]) {
+  const auto two = [&](int k, int lane) { return _mm_loadu_pd(column[k] + first + lane); };
+  const auto with = [](__m128d low, __m128d high) {
+    return _mm256_insertf128_pd(_mm256_castpd128_pd256(low), high, 1);
+  };
+#pragma GCC unroll 2
+  for (int l = 0; l < 4; l += 2) {
+    const __m256d f_even = with(two(0, l), two(2, l)), t_even = with(two(3, l), two(5, l));
+    const __m256d f_odd = _mm256_zextpd128_pd256(two(1, l));
+    const __m256d t_odd = Count ? with(two(4, l), two(6, l)) : _mm256_zextpd128_pd256(two(4, l));
+    row[l].f = Four(_mm256_unpacklo_pd(f_even, f_odd)), row[l].t = Four(_mm256_unpacklo_pd(t_even, t_odd));
+    row[l + 1].f = Four(_mm256_unpackhi_pd(f_even, f_odd)), row[l + 1].t = Four(_mm256_unpackhi_pd(t_even, t_odd));
+  }
+}
+template <bool Count>
+[[gnu::always_inline]] inline void rows_in_memory(const float* const (&column)[7], int first, Row<VecFPart> (&row)[4]) {
+  const auto four = [&](int k) { return _mm_loadu_ps(column[k] + first); };
+  __m256 in[4], out[4];
+  for (int d = 0; d < 3; ++d) in[d] = _mm256_insertf128_ps(_mm256_castps128_ps256(four(d)), four(3 + d), 1);
+  in[3] = Count ? _mm256_insertf128_ps(_mm256_setzero_ps(), four(6), 1) : _mm256_setzero_ps();
+  transpose4(in, out);
+  for (int l = 0; l < 4; ++l) row[l].all = out[l];
+}
+#endif
+
 /// For those who take it later: in double in either precision.
 [[gnu::always_inline]] inline void write(const Row<VecD>& row, Accumulator& to) {
 #if defined(__AVX512F__)
