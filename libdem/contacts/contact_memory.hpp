@@ -118,6 +118,11 @@ struct BlockMemory {
             bytes + shape.state_bytes() * blocks + shape.diagnostic_bytes() * block, shape.first_bond_state(),
             shape.first_bond_diagnostic()};
   }
+  /// Of a block further on in the run, without counting the fields of the shape again.
+  BlockMemory further(std::size_t blocks, std::size_t state_bytes, std::size_t diagnostic_bytes) const {
+    return {states + state_bytes * blocks, diagnostics + diagnostic_bytes * blocks, first_bond_state,
+            first_bond_diagnostic};
+  }
   /// State k of 8 contacts, Real the shape's type.
   template <class Real>
   Real* state(int k) const {

@@ -24,11 +24,7 @@ class RunMemory {
         state_bytes_(shape.state_bytes()),
         diagnostic_bytes_(shape.diagnostic_bytes()) {}
 
-  BlockMemory block(std::size_t block) const {
-    BlockMemory out = first_;
-    out.states += state_bytes_ * block, out.diagnostics += diagnostic_bytes_ * block;
-    return out;
-  }
+  BlockMemory block(std::size_t block) const { return first_.further(block, state_bytes_, diagnostic_bytes_); }
 
  private:
   BlockMemory first_;

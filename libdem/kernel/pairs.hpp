@@ -158,7 +158,8 @@ void run_pairs(const L& by_reference, PairJob& job) {
   const MomentArmShares share = by_reference.friction.shares(true);
   const MemoryShape shape = Remembers<L, Rolls>(law).shape(kBonds<L>, std::is_same_v<P, VecF>);
   const auto* const spheres = records(job, P{});
-  const std::size_t bytes = shape.state_bytes();
+  const std::size_t bytes = shape.state_bytes(), diagnostic_bytes = shape.diagnostic_bytes();
+  const BlockMemory first_memory = BlockMemory::at(job.lines, job.count, shape, 0);
   BlockSums sums;
   SumsOfI<P, Accumulate> sums_of_i;
   BlockResult results[room];
@@ -171,6 +172,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
   std::uint32_t which[room] = {}, todo[room] = {};  // blocks of the group; those of them that are to be evaluated
   std::uint32_t next_halo = 0;
   const bool halo = job.halo, uniform = job.uniform;
+  const bool plain = !halo && job.halo_count == 0 && job.activation == nullptr;  // most runs: every block counts
   const Ring ring = job.ring;
   const double elapsed = job.elapsed;
   const P half_dt(0.5 * elapsed);
@@ -204,6 +206,21 @@ void run_pairs(const L& by_reference, PairJob& job) {
     const int begun = chunk;
     int next_chunk = 0;  // the same few again and again stay in the first-level cache
     std::uint32_t blocks = 0, fresh = 0;
+    const auto take = [&](std::uint32_t b, BlockResult* into) {
+      which[blocks] = b, result[blocks] = into;
+      if (halo || job.shapes[b].begins) {
+        next_chunk += next_chunk == begun;
+        chunk = next_chunk++;
+        SpheresI<P>* here = &spheres_i[chunk];
+#if defined(__x86_64__)
+        asm("" : "+r"(here));  // one register for the addresses of all columns: GCC would keep each on the stack
+#endif
+        read(spheres, job.masses, job.blocks[b].i, *here);
+      }
+      own[blocks] = &spheres_i[chunk];
+    };
+    if (plain)
+      for (; blocks < room && k < count; ++k, ++blocks) take(k, &results[blocks]), todo[fresh++] = blocks;
     for (; blocks < room && k < count; ++k) {
       const std::uint32_t b = halo ? job.halo_block[k] : k;
       const bool in_halo = next_halo < job.halo_count && job.halo_block[next_halo] == b;
@@ -215,14 +232,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
           ready ? job.halo_active[place] != 0 : job.activation == nullptr || !(job.path < job.activation[b]);
       if (halo) job.halo_active[place] = active;
       if (!active) continue;
-      which[blocks] = b;
-      result[blocks] = in_halo ? job.halo_result + place : &results[blocks];
-      if (halo || job.shapes[b].begins) {
-        next_chunk += next_chunk == begun;
-        chunk = next_chunk++;
-        read(spheres, job.masses, job.blocks[b].i, spheres_i[chunk]);
-      }
-      own[blocks] = &spheres_i[chunk];
+      take(b, in_halo ? job.halo_result + place : &results[blocks]);
       if (!ready) todo[fresh++] = blocks;
       ++blocks;
     }
@@ -254,11 +264,10 @@ void run_pairs(const L& by_reference, PairJob& job) {
       BlockResult* out[span];
       for (int s = 0; s < span; ++s) {
         const std::uint32_t at = todo[g * span + s];
-        memory[s] = BlockMemory::at(job.lines, job.count, shape, which[at]);
+        memory[s] = first_memory.further(which[at], bytes, diagnostic_bytes);
         out[s] = result[at];
         fetch(memory[s].states + further * bytes, bytes);
-        if constexpr (Accumulate)
-          fetch(memory[s].diagnostics + further * shape.diagnostic_bytes(), shape.diagnostic_bytes());
+        if constexpr (Accumulate) fetch(memory[s].diagnostics + further * diagnostic_bytes, diagnostic_bytes);
       }
       for (int part = 0; part < kParts<P>; ++part)
         if (evaluate<Rolls, Accumulate, P>(law, job, elapsed, meeting[g][part], same_torque, memory, out, part * lanes))
