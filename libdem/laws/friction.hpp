@@ -89,7 +89,7 @@ struct Friction {
   /// The same when usual(), in a form that the compiler can follow.
   Friction as_usual() const {
     Friction f;
-    f.mu = mu, f.mu_d = mu_d, f.rolling_damping = rolling_damping;
+    f.mu = mu, f.mu_d = mu_sliding(), f.rolling_damping = rolling_damping;
     f.mu_r = rolling == Rolling::none ? 0 : mu_r;
     f.moment_arm = moment_arm, f.surface_moment_arm = surface_moment_arm;
     return f;
@@ -127,9 +127,11 @@ struct Friction {
   template <bool Usual = false, class T>
   [[gnu::always_inline]] Slip<T> slide(const NormalForce<T>& n, const T (&xi)[3], const T (&v_t)[3],
                                        const T (&dashpot_before)[3], T slipping_before, T dt) const {
-    // Without a limit there is nothing to load a spring to: no slip enters. Invariant in the loop over contacts.
-    const T slip_time = mu > 0 || mu_sliding() > 0 ? dt : T(0.0);
-    const T limit = T(mu) * n.limiting_force, kinetic = T(mu_sliding()) * n.limiting_force;
+    // Without a limit there is nothing to load a spring to: no slip enters. Invariant in the loop over contacts, and
+    // without a branch, so that GCC takes it out of there.
+    const double mu_kinetic = Usual ? mu_d : mu_sliding();
+    const T slip_time = T(static_cast<double>((mu > 0) | (mu_kinetic > 0))) * dt;
+    const T limit = T(mu) * n.limiting_force, kinetic = T(mu_kinetic) * n.limiting_force;
     if (Usual || tangential == Tangential::spring)
       return stick_slip(xi, v_t, dashpot_before, slipping_before, slip_time, n.stiffness_ratio, n.k_t,
                         n.tangential_compliance, n.c_t, limit, kinetic, n.in_contact, Usual ? Cap{} : cap(rule, 1),

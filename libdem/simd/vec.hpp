@@ -45,6 +45,29 @@ template <class T>
   }
 }
 
+/// c - a b, likewise: with the sign in the instruction. GCC takes it for one of a's uses only.
+template <class T>
+[[gnu::always_inline]] inline T take_product(const T& a, const T& b, const T& c) {
+  [[maybe_unused]] constexpr bool doubles = sizeof a[0] == 8;
+  if constexpr (false) {
+    return a;
+#if defined(__AVX512F__)
+  } else if constexpr (sizeof(T) == 64 && doubles) {
+    return T(_mm512_fnmadd_pd(__m512d(a), __m512d(b), __m512d(c)));
+  } else if constexpr (sizeof(T) == 64) {
+    return T(_mm512_fnmadd_ps(__m512(a), __m512(b), __m512(c)));
+#endif
+#if defined(__FMA__)
+  } else if constexpr (sizeof(T) == 32 && doubles) {
+    return T(_mm256_fnmadd_pd(__m256d(a), __m256d(b), __m256d(c)));
+  } else if constexpr (sizeof(T) == 32) {
+    return T(_mm256_fnmadd_ps(__m256(a), __m256(b), __m256(c)));
+#endif
+  } else {
+    return -a * b + c;
+  }
+}
+
 template <class R, int N>
 struct VecMask {
 #if defined(__AVX512F__)
@@ -100,7 +123,7 @@ struct Vec {
   friend Vec operator+(Product p, Vec c) { return Vec(multiply_add(p.a, p.b, c.v)); }
   friend Vec operator+(Vec c, Product p) { return Vec(multiply_add(p.a, p.b, c.v)); }
   friend Vec operator-(Product p, Vec c) { return Vec(multiply_add(p.a, p.b, -c.v)); }
-  friend Vec operator-(Vec c, Product p) { return Vec(multiply_add(-p.a, p.b, c.v)); }
+  friend Vec operator-(Vec c, Product p) { return Vec(take_product(p.a, p.b, c.v)); }
   friend Vec operator+(Product p, Product q) { return Vec(multiply_add(p.a, p.b, q.a * q.b)); }
   friend Vec operator-(Product p, Product q) { return Vec(multiply_add(p.a, p.b, -(q.a * q.b))); }
   friend Product operator-(Product p) { return {-p.a, p.b}; }
