@@ -51,6 +51,8 @@ struct Touch {
   P n[3], overlap, v[3];  ///< v of the centre (at a surface: of the sphere against the surface's point)
   P w_i[3], w_j[3];       ///< of a surface only its angular velocity
   P r_i, r_j;
+  P v_n;        ///< of a pair: v . n
+  P w[3], w_n;  ///< of a pair of equal spheres: w_i + w_j, and its part along n
   P turn_rate;  ///< of a pair: turn over the velocity across n, half the step over the distance of the centres, s/m
   P turn[3];    ///< at a surface: n less that of the middle of the step, square to n
 };
@@ -109,12 +111,14 @@ struct Response {
   P damped, slid, rolled, yielded, stored;  ///< J
 };
 
-/// `Pair`: two spheres; else a sphere and a surface.
-template <bool Pair, bool Rolls, class L, class P>
+/// `Pair`: two spheres, `Equal` of one radius; else a sphere and a surface. What needs no normal has been worked out
+/// before (Touch): the processor has one or two SIMD vectors under way, and waits for the chain that begins with the
+/// root of the distance.
+template <bool Pair, bool Equal, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet(const MomentArmShares& share, P half_dt, const Touch<P>& a,
                                         MeetingOf<Pair, L, P>& out) {
   // Spins move the contact point across n only: what the centres do along it is known before the moment arms are.
-  const P v_n = dot3(a.v, a.n);
+  const P v_n = Pair ? a.v_n : dot3(a.v, a.n);
   // turn = rate * across: of a pair without a vector for the turn itself, which costs 1 % of the sweep.
   P across[3];
   const P rate = Pair ? a.turn_rate : P(1.0);
@@ -125,10 +129,15 @@ template <bool Pair, bool Rolls, class L, class P>
   const P sink = P(share.force) * a.overlap, slip_sink = P(share.slip) * (a.overlap + half_dt * v_n);
   const P slip_i = a.r_i - slip_sink, slip_j = Pair ? a.r_j - slip_sink : P(0.0);
   P arm[3];
-  for (int d = 0; d < 3; ++d) arm[d] = Pair ? slip_i * a.w_i[d] + slip_j * a.w_j[d] : slip_i * a.w_i[d];
   // Q (arm x n_m) = (arm + (arm . n) turn) x n, and Q (v - v_n n_m) = v - (v . n) n_m.
-  const P about_n = Pair ? rate * dot3(arm, a.n) : dot3(arm, a.n);
-  for (int d = 0; d < 3; ++d) arm[d] = arm[d] + about_n * across[d];
+  if constexpr (Equal) {
+    const P about_n = rate * a.w_n;
+    for (int d = 0; d < 3; ++d) arm[d] = slip_i * (a.w[d] + about_n * across[d]);
+  } else {
+    for (int d = 0; d < 3; ++d) arm[d] = Pair ? slip_i * a.w_i[d] + slip_j * a.w_j[d] : slip_i * a.w_i[d];
+    const P about_n = Pair ? rate * dot3(arm, a.n) : dot3(arm, a.n);
+    for (int d = 0; d < 3; ++d) arm[d] = arm[d] + about_n * across[d];
+  }
   for (int d = 0; d < 3; ++d) {
     const int e = (d + 1) % 3, f = (d + 2) % 3;
     out.v_t[d] = a.v[d] - v_n * out.n_mid[d] - arm[e] * a.n[f] + arm[f] * a.n[e];

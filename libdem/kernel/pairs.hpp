@@ -26,7 +26,7 @@ inline VecF overlap_of(const Gap<VecF>& g, VecF& inverse) {
   return quotient(g.excess, sum + g.d2 * inverse, sum + g.d2 * rough);
 }
 
-template <bool Rolls, class L, class P>
+template <bool Equal, bool Rolls, class L, class P>
 [[gnu::always_inline]] inline void meet_pair(const MomentArmShares& share, P half_dt, const Gap<P>& g,
                                              MeetingOf<true, L, P>& out) {
   P inverse;
@@ -37,7 +37,12 @@ template <bool Rolls, class L, class P>
     a.v[d] = g.v[d], a.w_i[d] = g.w_i[d], a.w_j[d] = g.w_j[d];
   }
   a.r_i = g.r_i, a.r_j = g.r_j, a.turn_rate = half_dt * inverse;
-  meet<true, Rolls, L>(share, half_dt, a, out);
+  a.v_n = dot3(g.v, g.n) * inverse;
+  if constexpr (Equal) {
+    for (int d = 0; d < 3; ++d) a.w[d] = g.w_i[d] + g.w_j[d];
+    a.w_n = dot3(a.w, g.n) * inverse;
+  }
+  meet<true, Equal, Rolls, L>(share, half_dt, a, out);
 }
 
 /// What a contact gives to both spheres, as columns.
@@ -253,7 +258,7 @@ void run_pairs(const L& by_reference, PairJob& job) {
         for (int part = 0; part < kParts<P>; ++part) {
           Gap<P> gap;
           read<same.value>(spheres, job.masses, i, j, part * lanes, all, gap);
-          meet_pair<Rolls, L>(share, half_dt, gap, meeting[g][part]);
+          meet_pair<same.value, Rolls, L>(share, half_dt, gap, meeting[g][part]);
           if (!same.value) effective<true, Rolls, L>(gap.r_i, gap.m_i, gap.r_j, gap.m_j, meeting[g][part].effective);
         }
       }

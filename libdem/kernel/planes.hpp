@@ -52,7 +52,7 @@ void run_planes(const L& by_reference, PlaneJob& job) {
       a.r_i = a.r_j = i.r;
       const BlockMemory memory[1] = {BlockMemory::at(job.lines, job.count, shape, b)};
       Meeting<VecD> meeting;
-      meet<false, Rolls, L>(share, half_dt, a, meeting);
+      meet<false, false, Rolls, L>(share, half_dt, a, meeting);
       effective<false, Rolls, L>(i.r, i.m, i.r, i.m, meeting.effective);
       ContactMemory<VecD> h = load_memory<VecD, Accumulate>(has, memory, first);
       Response<VecD> c = respond<false, Rolls, !Accumulate, VecD>(law, meeting, h, job.elapsed);

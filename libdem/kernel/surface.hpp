@@ -25,7 +25,7 @@ void run_surface(const L& law, SurfaceJob& job) {
     a.overlap = i.r - load<VecD>(job.distance + first);
     a.r_i = a.r_j = i.r;
     Meeting<VecD> meeting;
-    meet<false, Rolls, L>(share, VecD(0.5 * job.elapsed), a, meeting);
+    meet<false, false, Rolls, L>(share, VecD(0.5 * job.elapsed), a, meeting);
     const VecD mass = load<VecD>(job.mass + first);
     effective<false, Rolls, L>(i.r, mass, i.r, mass, meeting.effective);
     ContactMemory<VecD> h = load_memory<VecD, true>(has, memory, first);
