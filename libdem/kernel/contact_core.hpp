@@ -126,8 +126,9 @@ template <bool Pair, bool Equal, bool Rolls, class L, class P>
     across[d] = Pair ? a.v[d] - v_n * a.n[d] : a.turn[d];
     out.n[d] = a.n[d], out.n_mid[d] = Pair ? a.n[d] - rate * across[d] : a.n[d] - across[d];
   }
-  const P sink = P(share.force) * a.overlap, slip_sink = P(share.slip) * (a.overlap + half_dt * v_n);
-  const P slip_i = a.r_i - slip_sink, slip_j = Pair ? a.r_j - slip_sink : P(0.0);
+  const P force_share(share.force), slip_share(share.slip), share_of_rate = slip_share * half_dt;
+  const P slip_i = a.r_i - slip_share * a.overlap - share_of_rate * v_n;
+  const P slip_j = Pair ? P(a.r_j - slip_share * a.overlap - share_of_rate * v_n) : P(0.0);
   P arm[3];
   // Q (arm x n_m) = (arm + (arm . n) turn) x n, and Q (v - v_n n_m) = v - (v . n) n_m.
   if constexpr (Equal) {
@@ -151,7 +152,8 @@ template <bool Pair, bool Equal, bool Rolls, class L, class P>
   }
   if constexpr (Pair && kBonds<L>) out.w_n = P(0.5) * (dot3(a.w_i, out.n_mid) + dot3(a.w_j, out.n_mid));
   out.overlap = a.overlap, out.v_n = dot3(a.v, out.n_mid);
-  out.l_i = a.r_i - sink, out.l_j = Pair ? a.r_j - sink : P(0.0);
+  out.l_i = a.r_i - force_share * a.overlap;
+  out.l_j = Pair ? P(a.r_j - force_share * a.overlap) : P(0.0);
 }
 
 /// Resistance to twist. Its spring is a number of its own: the vector of rolling would turn a part of it into rolling
