@@ -21,9 +21,16 @@ inline VecD overlap_of(const Gap<VecD>& g, VecD& inverse) {
   return g.r_i + g.r_j - g.d2 * inverse;
 }
 inline VecF overlap_of(const Gap<VecF>& g, VecF& inverse) {
-  const VecF rough = rough_rsqrt(g.d2), sum = g.r_i + g.r_j;
+  const VecF sum = g.r_i + g.r_j;
+#if defined(__AVX512F__)
+  const VecF rough = rough_rsqrt(g.d2);
   inverse = refined_rsqrt(g.d2, rough);
   return quotient(g.excess, sum + g.d2 * inverse, sum + g.d2 * rough);
+#else
+  const VecF distance = sqrt(g.d2);  // two quotients that do not wait for each other
+  inverse = VecF(1.0) / distance;
+  return g.excess / (sum + distance);
+#endif
 }
 
 template <bool Equal, bool Rolls, class L, class P>

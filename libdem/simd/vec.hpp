@@ -148,7 +148,16 @@ struct Vec {
   friend Mask operator>(Vec a, Vec b) { return {a.v > b.v}; }
   friend Mask operator>=(Vec a, Vec b) { return {a.v >= b.v}; }
   friend Vec select(Mask m, Vec a, Vec b) { return Vec(m.bits ? a.v : b.v); }
-  friend Vec max(Vec a, Vec b) { return Vec(a.v > b.v ? a.v : b.v); }
+  friend Vec max(Vec a, Vec b) {
+#if defined(__AVX2__)  // GCC compares and masks where one of them is 0
+    if constexpr (sizeof(R) == 8)
+      return Vec(Data(_mm256_max_pd(__m256d(a.v), __m256d(b.v))));
+    else
+      return Vec(Data(_mm256_max_ps(__m256(a.v), __m256(b.v))));
+#else
+    return Vec(a.v > b.v ? a.v : b.v);
+#endif
+  }
   friend Vec min(Vec a, Vec b) { return Vec(a.v < b.v ? a.v : b.v); }
   friend Vec operator/(Vec a, Vec b) { return Vec(a.v / b.v); }
   friend Vec rsqrt(Vec a) { return Vec(1.0) / sqrt(a); }

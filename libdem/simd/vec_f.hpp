@@ -48,9 +48,6 @@ inline VecF sqrt(VecF a) {
   return r;
 #endif
 }
-inline VecF rough_rsqrt(VecF a) { return rsqrt(a); }
-inline VecF refined_rsqrt(VecF, VecF rough) { return rough; }
-inline VecF quotient(VecF a, VecF b, VecF) { return a / b; }
 #endif
 
 /// Two SIMD vectors of doubles, rounded, as one of floats.
