@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "libdem/neighbours/periodic_search.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/soil.hpp"
@@ -64,6 +65,7 @@ void add_inlets(World& world, const Loaded& loaded) {
     plan.interval = kIntervalSteps * world.step.soil_step;
     plan.first_id = next + k * numbers, plan.id_step = count * numbers;
     try {
+      dem::require_period(world.bed->options().periodic, 2 * dem::largest_radius(plan.radius));
       world.inlets.push_back({i.name, dem::Inlet(std::move(plan))});
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(loaded.where("soil.inlets." + i.name) + ": " + error.what());

@@ -167,6 +167,25 @@ output: {series every: 1 ms, precision: double, monitor: {F: f.Fx, impulse: {int
   EXPECT_LT(std::abs(energy["closure over work put in"].get<double>()), 1e-3);
 }
 
+/// Spheres of 20 mm radius do not fit a period of 60 mm, whether they lie there or come later.
+TEST(PhysicsWatch, RefusesAnInletWhoseSpheresAreTooLargeForThePeriod) {
+  const RunDirectory dir;
+  const auto poured = [&](const char* radius) {
+    return run_scenario(dir.scenario(fmt::format(R"(subsoil: 1
+materials: {{m: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [m, m], law: linear, k_n: 5 kN/m, restitution: 0.3, mu: 0.5}}]
+soil:
+  container: {{size: 200 400 60 mm, at: -100 0 -30 mm, material: m, periodic: [z]}}
+  inlets: {{a: {{box: {{at: -50 100 -30 mm, size: 100 100 60 mm}}, rate: 30 1/s, material: m, radius: {}}}}}
+time: {{end: 0.01 s}}
+)",
+                                                 radius)),
+                        dir / radius);
+  };
+  EXPECT_EQ(poured("20 mm"), exit_bad_input);
+  EXPECT_EQ(poured("10 mm"), exit_ok);
+}
+
 /// A container that starts empty: the smallest sphere is the inlet's, 4 mm.
 TEST(PhysicsWatch, MeasuresASurfaceByTheSpheresThatAnInletPours) {
   const RunDirectory dir;
