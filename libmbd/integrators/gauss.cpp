@@ -1,11 +1,11 @@
 #include "libmbd/integrators/gauss.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/base/dense.hpp"
 
 namespace subsoil::mbd {
 
@@ -40,7 +40,7 @@ struct Tableau {
         integral(i, k) = std::pow(c[i], k + 1) / static_cast<double>(k + 1);
         whole[k] = 1 / static_cast<double>(k + 1);
       }
-    const StageMatrix inverse = mbd::inverse(Eigen::MatrixXd(v));
+    const StageMatrix inverse = v.inverse();
     a = integral * inverse, a2 = a * a;
     b = inverse.transpose() * whole, b2 = a.transpose() * b;
     at_end = inverse.transpose() * StageVector::Ones();
@@ -49,7 +49,7 @@ struct Tableau {
       const double s = i == 0 ? 0 : i == points - 1 ? 1 : c[i - 1];
       for (Eigen::Index k = 0; k < points; ++k) all(i, k) = k == 0 ? 1 : std::pow(s, k);
     }
-    powers = mbd::inverse(Eigen::MatrixXd(all));
+    powers = all.inverse();
   }
 };
 
