@@ -205,9 +205,13 @@ void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
         [&]<class Driver>(const Driver& d) {
           const std::string path = "machine.drivers." + driver.name, unit = d.angular() ? "rad" : "m";
           const double from = model.start_time, until = s.time.end;
-          if (const auto jump = first_jump(d.motion.position, mbd::Smooth::value_and_rate, from, until))
+          // Kinematics asks for poses, which have corners; a corner costs no force there.
+          const bool moves_masses = s.analysis == Analysis::dynamics;
+          const mbd::Smooth wanted = moves_masses ? mbd::Smooth::value_and_rate : mbd::Smooth::value;
+          if (const auto jump = first_jump(d.motion.position, wanted, from, until))
             refuse(path + ".position", d.motion.position, *jump, jump->of_rate ? unit + "/s" : unit);
-          if (const auto jump = first_jump(d.motion.velocity, mbd::Smooth::value, from, until))
+          if (const auto jump =
+                  !moves_masses ? std::nullopt : first_jump(d.motion.velocity, mbd::Smooth::value, from, until))
             refuse(path + ".velocity", d.motion.velocity, *jump, unit + "/s");
         },
         driver.element);

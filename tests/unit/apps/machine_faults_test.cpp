@@ -125,6 +125,18 @@ TEST(MachineFaults, MotionsThatJump) {
                 ramp);
 }
 
+// Kinematics asks where bodies are; a position that jumps has no answer.
+TEST(MachineFaults, KinematicsTakesCornersAndNoJumps) {
+  const auto kinematic = [](const std::string& motion) {
+    return "subsoil: 1\nanalysis: kinematics\n" + moved_by(motion).substr(std::string("subsoil: 1\n").size());
+  };
+  EXPECT_EQ(refusal(kinematic("position: {expression: 'abs(t - 0.25)', unit: m}")), "accepted");
+  EXPECT_EQ(refusal(kinematic("velocity: {expression: 'sign(t - 0.5)', unit: m/s}")), "accepted");
+  EXPECT_NE(
+      refusal(kinematic("position: {expression: '0.1*sign(t - 0.5)', unit: m}")).find("jumps by 0.2 m at t = 0.5 s"),
+      std::string::npos);
+}
+
 // Beyond its last point a table holds its last value: a motion that ends in full travel stops dead.
 TEST(MachineFaults, TablesOfPositionsThatEndBeforeTheRun) {
   const std::string text = moved_by("position: {table: {points: [[0 s, 0 m], [0.25 s, 0.1 m], [0.5 s, 0.4 m]]}}");
