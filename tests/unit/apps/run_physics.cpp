@@ -182,7 +182,7 @@ time: {{end: 0.01 s}}
                                                  radius)),
                         dir / radius);
   };
-  EXPECT_EQ(poured("20 mm"), exit_bad_input);
+  EXPECT_THROW(poured("20 mm"), ScenarioError);
   EXPECT_EQ(poured("10 mm"), exit_ok);
 }
 

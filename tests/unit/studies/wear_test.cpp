@@ -253,7 +253,7 @@ TEST(Wear, RefusesRequestsWithoutAMeaning) {
   request.passes = {100 * pass.passes()};
   const std::string deep = pass.refusal(request);
   EXPECT_TRUE(holds(deep, "blade after ")) << deep;
-  EXPECT_TRUE(holds(deep, "; wear it for less, spread the wear over a length, or mesh")) << deep;
+  EXPECT_TRUE(holds(deep, ": wear it for less, spread the wear over a length, or mesh")) << deep;
   request.run = pass / "nowhere";
   EXPECT_TRUE(holds(pass.refusal(request), "is no directory")) << pass.refusal(request);
 }
