@@ -199,7 +199,12 @@ def counts(case):
     """States of joints and friction, and numbers of contacts, bonds and spheres, are whole in every row."""
     if not case.base.ended:
         return []
-    broken = {name: values for name, values in case.base.table().items() if name.endswith(COUNTS) and (values != numpy.round(values)).any()}
+    table = case.base.table()
+    if "soil" in case.tree and any(name.endswith(COUNTS) for name in table):  # rows between the ends of nearly all steps
+        every = 2.37 * case.base.summary()["run"]["soil step [s]"]
+        other = case.program.run({**case.tree, "output": {**case.tree["output"], "series every": Quantity((every,), "s")}})
+        table = other.table() if other.ended else table
+    broken = {name: values for name, values in table.items() if name.endswith(COUNTS) and (values != numpy.round(values)).any()}
     return [f"{name}: {values[values != numpy.round(values)][0]!r} is no whole number" for name, values in broken.items()][:3]
 
 
