@@ -16,8 +16,8 @@ struct KnownKey {
 /// Every key of a scenario, in the order of the declarations.
 const std::vector<KnownKey>& known_keys();
 
-/// The first path that ends with a key; empty when no scenario has it. Of an unknown key at `from` in the section `test`
-/// only paths there, of any other only paths outside of it: the command takes nothing else.
+/// The first path that ends with a key; empty when no scenario has it. Of an unknown key at `from` in the section
+/// `test` only paths there, of any other only paths outside of it: the command takes nothing else.
 std::string path_of_key(const std::string& key, const std::string& from);
 
 }  // namespace subsoil::sim

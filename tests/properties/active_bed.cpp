@@ -450,8 +450,8 @@ double standard_error(const std::vector<double>& x) {
 
 /// With the limit by gravity and size less than four fifths of a bin of thirty tool widths is awake, and the draft is
 /// the same within the error of its mean. The share depends on the course of the bed, and so on the last bits: below a
-/// half with vectors of four doubles, 0.56 and 0.68 with eight and two orders of sums. That error is below a third here:
-/// a draft that sleep changes by more is found.
+/// half with vectors of four doubles, 0.56 and 0.68 with eight and two orders of sums. That error is below a third
+/// here: a draft that sleep changes by more is found.
 TEST(ActiveBed, LongBinSleepsAndKeepsItsDraft) {
   using namespace long_bin;
   const Pass all = pass({}), few = pass(ActiveRule{0.2, 0});
