@@ -48,7 +48,7 @@ class Summary {
   /// Intervals of means are those of blocks of this length.
   void take_blocks_of(double period);
   /// Means and what else is of the window end with its last whole period: with the step in which that ended.
-  void take_whole_periods(double period) { period_ = period; }
+  void take_whole_periods(double period) { period_ = period, take_blocks_of(period); }
   bool is_open() const { return time_ >= from_ && time_ < until_; }
   double window_from() const { return from_; }
   double window_until() const;

@@ -35,9 +35,11 @@ void ToolMonitor::set_window() {
     o_.summary->set_provisional_window(start, end, "no tool passed through soil: the whole run");
   }
   const double period = period_of(o_.s);
-  if (period > 0) o_.summary->take_blocks_of(period);
   // Both ends of a window that are given stand; so does one into which no period fits.
-  if (period > 0 && period < longest && !w.until) o_.summary->take_whole_periods(period);
+  if (period > 0 && period < longest && !w.until)
+    o_.summary->take_whole_periods(period);
+  else if (period > 0)
+    o_.summary->take_blocks_of(period);
   if (std::isnan(period)) o_.warn("the given motions have no period in common: means are over the whole window");
 }
 

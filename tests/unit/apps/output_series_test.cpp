@@ -116,7 +116,7 @@ TEST(Summary, AWindowMayBeClosedAndHoldsWholePeriods) {
   const auto mean_with = [](double period) {
     Summary summary(std::vector<SeriesColumn>{{"force", "N"}});
     summary.set_window(0.5, 2.0);
-    if (period > 0) summary.take_blocks_of(period), summary.take_whole_periods(period);
+    if (period > 0) summary.take_whole_periods(period);
     for (int k = 0; k < 2000; ++k) {
       const double t = (k + 0.5) * 1e-3;
       if (k == 1520) summary.close_window(1.52);
