@@ -65,6 +65,11 @@ dem::TriangleMesh own_mesh(const Keeps& one) {
   return drawing_of(contact_shape(*one.shape, one.place), 1.0).placed({-back.rotate(one.place.position), back});
 }
 
+/// In which frames keep the depth of wear of each triangle.
+std::string depth_array(const Keeps& one, WearLaw law) {
+  return fmt::format("loads/{}/{} wear depth", one.name, word_of(law));
+}
+
 double area_of(const dem::TriangleMesh& mesh, std::size_t t) {
   return 0.5 * norm(dem::area_vector(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)));
 }
@@ -77,7 +82,7 @@ WornSurface worn_surface(const RunFolder& run, const FramesFile& frames, const K
   if (!std::isfinite(out.volume))
     refuse_run(run, fmt::format("summary.json has no worn volume of {}; let the run come to its end", one.name));
   const std::size_t last = frames.times().size() - 1;
-  const std::string array = fmt::format("loads/{}/{} wear depth", one.name, word_of(law));
+  const std::string array = depth_array(one, law);
   if (!frames.holds(last, array)) refuse_run(run, fmt::format("the last frame of run.h5 has no `{}`", array));
   const std::vector<float> depths = frames.numbers(last, array);
   if (depths.size() != out.mesh.triangles().size())
@@ -114,7 +119,7 @@ void refuse_wear_before_frames(const RunFolder& run) {
   const FramesFile frames(run.path / "run.h5");
   for (const Keeps& one : keeping(*run.scenario))
     for (const WearLaw law : {WearLaw::archard, WearLaw::finnie}) {
-      const std::string array = fmt::format("loads/{}/{} wear depth", one.name, word_of(law));
+      const std::string array = depth_array(one, law);
       if (!frames.holds(0, array)) continue;
       const std::vector<float> depths = frames.numbers(0, array);
       if (std::any_of(depths.begin(), depths.end(), [](float d) { return d > 0; }))
