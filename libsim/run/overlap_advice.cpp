@@ -109,21 +109,23 @@ class Pressed {
   /// That it has taken up to an overlap, J.
   double energy(double overlap) const {
     double taken = 0;
-    for (int k = 0; k < parts; ++k) taken += std::max(0.0, force((k + 0.5) * overlap / parts)) * overlap / parts;
+    for (int k = 0; k < parts; ++k) taken += energy_of_part(k, overlap);
     return taken;
   }
   /// At which it has taken an energy, m.
   double overlap_after(double energy_taken, double most) const {
     double taken = 0;
     for (int k = 0; k < parts; ++k) {
-      taken += std::max(0.0, force((k + 0.5) * most / parts)) * most / parts;
+      taken += energy_of_part(k, most);
       if (taken >= energy_taken) return (k + 1) * most / parts;
     }
     return most;
   }
 
  private:
-  static constexpr int parts = 1000;
+  static constexpr int parts = 1000;  // of a way, each by its middle
+  double energy_of_part(int k, double way) const { return std::max(0.0, force((k + 0.5) * way / parts)) * way / parts; }
+
   const dem::Law& law_;
   double r_eff_, root_m_;
 };
