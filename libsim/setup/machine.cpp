@@ -175,7 +175,7 @@ const mbd::TableFunction* table_with_end(const mbd::Function& f, double t) {
   return std::abs(table->times.back() - t) < near || std::abs(table->times.front() - t) < near ? table : nullptr;
 }
 
-/// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump, kinematics too.
+/// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump.
 void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
   const Scenario& s = loaded.scenario;
   if (!s.runs_in_time()) return;
@@ -206,12 +206,12 @@ void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
           const std::string path = "machine.drivers." + driver.name, unit = d.angular() ? "rad" : "m";
           const double from = model.start_time, until = s.time.end;
           // Kinematics asks for poses, which have corners; a corner costs no force there.
-          const bool moves_masses = s.analysis == Analysis::dynamics;
-          const mbd::Smooth wanted = moves_masses ? mbd::Smooth::value_and_rate : mbd::Smooth::value;
+          const bool poses_alone = s.analysis == Analysis::kinematics;
+          const mbd::Smooth wanted = poses_alone ? mbd::Smooth::value : mbd::Smooth::value_and_rate;
           if (const auto jump = first_jump(d.motion.position, wanted, from, until))
             refuse(path + ".position", d.motion.position, *jump, jump->of_rate ? unit + "/s" : unit);
-          if (const auto jump =
-                  !moves_masses ? std::nullopt : first_jump(d.motion.velocity, mbd::Smooth::value, from, until))
+          if (poses_alone) return;
+          if (const auto jump = first_jump(d.motion.velocity, mbd::Smooth::value, from, until))
             refuse(path + ".velocity", d.motion.velocity, *jump, unit + "/s");
         },
         driver.element);
