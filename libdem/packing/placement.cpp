@@ -32,7 +32,7 @@ std::size_t rows(double length, double radius, double pitch) {
   return between < 0 ? 0 : 1 + static_cast<std::size_t>(std::floor(between));
 }
 
-/// Rows in a period: they must go on beyond the side as if it were not there.
+/// Rows in a period: they must continue beyond the side as if it were not there.
 std::size_t rows_around(double length, double pitch, char axis) {
   const double number = length / pitch, whole = std::max(1.0, std::round(number));
   if (std::abs(number - whole) > 1e-6 * whole)

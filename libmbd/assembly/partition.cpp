@@ -121,9 +121,8 @@ void refuse_blow_up(const System& system, const MotionState& m) {
                      scientific(m.q[i]) + (i % 3 == 2 ? " rad with " : " m with ") + scientific(m.velocity[i]) +
                      (i % 3 == 2 ? " rad/s" : " m/s") +
                      ", beyond a million lengths of the machine from its start within a tenth of the time, or ten "
-                     "million in a second; the step is "
-                     "too long for the "
-                     "stiffest spring, or a force feeds the motion without bound",
+                     "million in a second; the step is too long for the stiffest spring, or a force feeds the motion "
+                     "without bound",
                  MotionFault::Cause::blow_up);
   }
 }

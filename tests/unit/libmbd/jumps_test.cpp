@@ -55,7 +55,7 @@ TEST(Jumps, TheFirstOfSeveralIsReported) {
   EXPECT_NEAR(first_jump(two, Smooth::value, 0.5, 2)->time, 0.8, 3e-9);
 }
 
-/// A body starts with the value at the start itself, and goes on with that of all later times.
+/// A body starts with the value at the start itself, and then that of all later times.
 TEST(Jumps, AtTheStartCountsTheValueThere) {
   const auto jump = first_jump(step(0.5, 0.25), Smooth::value, 0.5, 2);
   ASSERT_TRUE(jump);
