@@ -114,6 +114,7 @@ class Layout {
   }
 
   Buffer<std::uint32_t> run() {
+    all_alike_ = find_all_alike();
     each_block([&](std::size_t k) { classify(k); });
     for (std::size_t k = 0; k < store_.particle_blocks.size(); ++k) place_runs(k);
     store_.blocks.renew(block_);
@@ -132,6 +133,20 @@ class Layout {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (long k = 0; k < blocks; ++k) work(static_cast<std::size_t>(k));
   }
+  /// Whether the bed has one radius and one mass and no fixed spheres, so that no pair need ask.
+  bool find_all_alike() const {
+    bool alike = true;
+    const auto count = static_cast<long>(spheres_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static) reduction(&& : alike)
+    for (long k = 0; k < count; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const Sphere &a = spheres_[0], &b = spheres_[i];
+      alike = alike && a.r == b.r && a.m == b.m && b.kind == SphereKind::free &&
+              (masses_.empty() || masses_[0] == masses_[i]);
+    }
+    return alike;
+  }
+
   /// By class: of touching pairs contact blocks, of candidates pairs; then where they begin.
   std::uint32_t* sizes_of(std::size_t k) { return sizes_.data() + k * classes_.count(); }
 
@@ -156,6 +171,7 @@ class Layout {
     ParticleBlock& block = store_.particle_blocks[k];
     const auto first = static_cast<std::uint32_t>(k * kParticleBlock);
     const auto include = [&](std::uint32_t i) {
+      if (all_alike_) return;
       const Sphere &a = spheres_[first], &b = spheres_[i];
       block.uniform = block.uniform && a.r == b.r && a.m == b.m && (masses_.empty() || masses_[first] == masses_[i]);
       block.all_free = block.all_free && b.kind == SphereKind::free;
@@ -262,6 +278,7 @@ class Layout {
   const ContactLaws& laws_;
   double skin_;
   int threads_;
+  bool all_alike_ = false;
   std::uint32_t count_ = 0;  ///< spheres without images
   Classes classes_{};
   std::vector<std::uint32_t> sizes_;

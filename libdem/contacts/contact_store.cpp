@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -25,8 +26,22 @@ class RunMemory {
         diagnostic_bytes_(shape.diagnostic_bytes()) {}
 
   BlockMemory block(std::size_t block) const { return first_.further(block, state_bytes_, diagnostic_bytes_); }
+  /// Whether a block keeps nothing: most candidates never become active.
+  bool is_blank(const BlockMemory& block) const {
+    return is_zero(block.states, state_bytes_) && is_zero(block.diagnostics, diagnostic_bytes_);
+  }
 
  private:
+  /// `bytes` is a multiple of that of a column of floats.
+  static bool is_zero(const unsigned char* from, std::size_t bytes) {
+    std::uint64_t any = 0, word[4];
+    for (std::size_t at = 0; at < bytes; at += sizeof word) {
+      std::memcpy(word, from + at, sizeof word);
+      any |= (word[0] | word[1]) | (word[2] | word[3]);
+    }
+    return any == 0;
+  }
+
   BlockMemory first_;
   std::size_t state_bytes_, diagnostic_bytes_;
 };
@@ -39,6 +54,7 @@ void each_history(const PairRun& run, const Streams& in, const MemoryShape& shap
   for (std::uint32_t block = 0; block < run.blocks; ++block) {
     const PairBlock& b = in.blocks[run.first + block];
     const BlockMemory memory = all.block(block);
+    if (all.is_blank(memory)) continue;
     for (std::uint32_t lane = 0; lane < in.shapes[run.first + block].lanes; ++lane) {
       const std::uint32_t j = in.images.sphere(b.j[lane]);
       if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], j, s});

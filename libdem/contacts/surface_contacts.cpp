@@ -36,9 +36,48 @@ struct WorldPlane {
     const double size = std::abs(x.x) + std::abs(x.y) + std::abs(x.z) + std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
     return dot(d, normal) > near + 1e-12 * size;
   }
+  /// Of a box: then it is of all points in there.
+  bool is_beyond(const Bounds& box, double near) const {
+    double nearest = 0, size = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double low = box.low[k] - point[k], high = box.high[k] - point[k];
+      nearest += std::min(normal[k] * low, normal[k] * high);
+      size += std::max(std::abs(box.low[k]), std::abs(box.high[k])) + std::max(std::abs(low), std::abs(high));
+    }
+    return nearest > near + 4e-12 * size;
+  }
 };
 
+/// Square of the distance of two boxes. From a point of one to the other it is no less, to the last bit.
+double distance_squared(const Bounds& a, const Bounds& b) {
+  Vec3 out;
+  for (int k = 0; k < 3; ++k) out[k] = std::max({a.low[k] - b.high[k], 0.0, b.low[k] - a.high[k]});
+  return dot(out, out);
+}
+
 }  // namespace
+
+/// Some spheres that follow each other, which the sort has put side by side: few of them are near any boundary.
+struct SurfaceContacts::Group {
+  static constexpr std::uint32_t kSpheres = 64;
+  Bounds box;         ///< of the centres
+  double radius = 0;  ///< maximum
+
+  static std::vector<Group> all(const ParticleStore& particles, int threads) {
+    std::vector<Group> out((particles.size() + kSpheres - 1) / kSpheres);
+    const auto count = static_cast<long>(out.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (long k = 0; k < count; ++k) {
+      Group& g = out[static_cast<std::size_t>(k)];
+      const std::size_t first = static_cast<std::size_t>(k) * kSpheres;
+      for (std::size_t i = first; i < std::min<std::size_t>(first + kSpheres, particles.size()); ++i) {
+        const Sphere& s = particles[static_cast<std::uint32_t>(i)];
+        g.box.include(s.x), g.radius = std::max(g.radius, s.r);
+      }
+    }
+    return out;
+  }
+};
 
 /// What one thread found near one boundary.
 struct SurfaceContacts::Found {
@@ -53,24 +92,31 @@ void SurfaceContacts::build(const ParticleStore& particles, std::vector<Boundary
   of_block.assign((particles.size() + kParticleBlock - 1) / kParticleBlock, {});
   std::vector<Found> found(static_cast<std::size_t>(threads));
   std::vector<OnFace> faces;
+  const std::vector<Group> groups = Group::all(particles, threads);
   for (std::uint32_t b = 0; b < boundaries.size(); ++b) {
     if (!boundaries[b].active) continue;
     const auto* mesh = std::get_if<MeshSurface>(&boundaries[b].shape);
     const std::size_t meshes = mesh != nullptr ? mesh->surfaces().size() : 1;
     boundaries[b].meshes.assign(meshes > 1 ? meshes : 0, {});
-    search(b, boundaries[b], particles, laws, skin, found, faces);
+    search(b, boundaries[b], particles, groups, laws, skin, found, faces);
   }
   order_entries();
   lay_out_planes(faces, laws);
 }
 
 void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const ParticleStore& particles,
-                             const ContactLaws& laws, double skin, std::vector<Found>& found,
-                             std::vector<OnFace>& faces) {
+                             const std::vector<Group>& groups, const ContactLaws& laws, double skin,
+                             std::vector<Found>& found, std::vector<OnFace>& faces) {
   const Bounds box = bounds(boundary.shape), in_world = world_box(box, boundary.pose);
   const std::optional<WorldPlane> plane = WorldPlane::of(boundary);
   const std::size_t count = particles.size(), first = entries.size(), parts = found.size();
   const int threads = static_cast<int>(parts);
+  double reach = skin;  // beyond the radius
+  for (std::uint32_t law = 0; law < laws.count(); ++law) reach = std::max(reach, laws.surface_cutoff(law) + skin);
+  const auto is_far = [&](const Group& g) {
+    const double near = g.radius + reach;
+    return plane ? plane->is_beyond(g.box, near) : distance_squared(in_world, g.box) > near * near;
+  };
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int t = 0; t < threads; ++t) {
     Found& mine = found[static_cast<std::size_t>(t)];
@@ -78,6 +124,10 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
     const std::size_t begin = count * static_cast<std::size_t>(t) / parts;
     const std::size_t end = count * static_cast<std::size_t>(t + 1) / parts;
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+      if ((i % Group::kSpheres == 0 || i == begin) && is_far(groups[i / Group::kSpheres])) {
+        i |= Group::kSpheres - 1;
+        continue;
+      }
       const Sphere& s = particles[i];
       const int law = laws.between(s.material, boundary.material);
       const bool held = is_fixed(s);

@@ -106,8 +106,10 @@ class SurfaceContacts {
  private:
   struct OnFace;
   struct Found;
-  void search(std::uint32_t boundary, const Boundary& b, const ParticleStore& particles, const ContactLaws& laws,
-              double skin, std::vector<Found>& found, std::vector<OnFace>& faces);
+  struct Group;
+  void search(std::uint32_t boundary, const Boundary& b, const ParticleStore& particles,
+              const std::vector<Group>& groups, const ContactLaws& laws, double skin, std::vector<Found>& found,
+              std::vector<OnFace>& faces);
   void order_entries();
   void lay_out_planes(std::vector<OnFace>& faces, const ContactLaws& laws);
   void write_plane(const OnFace& face, std::uint32_t lane);
