@@ -5,7 +5,7 @@ import numpy
 
 import compare
 from case import last_line, relation
-from geometry import Name, Quantity
+from geometry import Function, Name, Pair, Quantity
 
 @relation("machine")
 def newton_and_euler(case):
@@ -291,13 +291,24 @@ def depth_in(shape, d):
     return numpy.where((outside <= 0).all(axis=1), -outside.max(axis=1), -numpy.linalg.norm(numpy.maximum(outside, 0), axis=1))
 
 
+def varies(node):
+    """Whether anything in it is a function of time."""
+    if isinstance(node, dict):
+        return any(varies(value) for value in node.values())
+    if isinstance(node, (list, tuple)):
+        return any(varies(one) for one in node)
+    if isinstance(node, Pair):
+        return varies(node.x) or varies(node.y)
+    return isinstance(node, Function) and node.type != "constant" and ("|" not in node.unit or node.unit.startswith("s|"))
+
+
 @relation("machine")
 def equilibrium_is_at_rest(case):
     """A machine released in the pose that `analysis: equilibrium` found does not leave it."""
     if not case.base.ended or case.scenario.analysis != "equilibrium":
         return []
     found = case.base.summary().get("equilibrium", {})
-    if not found.get("pose") or found["coordinates that nothing holds"] or found["unstable eigenvalues"]:
+    if not found.get("pose") or found["coordinates that nothing holds"] or found["unstable eigenvalues"] or varies(case.tree["machine"]):
         return []
     bodies = {key: {k: v for k, v in body.items() if k not in ("velocity", "angular velocity", "velocity is")} for key, body in case.tree["machine"]["bodies"].items()}
     start = {"towing equilibrium": Quantity((0.0,), "m/s")}

@@ -38,10 +38,11 @@ def translation(case):
     if not case.listed:
         return []
     far = 1024.0 if "soil" not in case.tree else 16.0
-    # A machine's plane is z = 0. Places far away are rounded to another grid, and once more where they are moved by a part of it.
+    # A machine's plane is z = 0. Places far away are rounded to another grid; 2.3 times as far it is another again, within the same power of two
+    # it is the same one, and so is what rounding adds up to.
     def there(share):
         return View(shift=(share * far, 0.25 * share * far, 0.0 if "machine" in case.tree else 4.0 * share))
-    return in_other_frame(case, there(1.0), there(1.237))
+    return in_other_frame(case, there(1.0), there(2.3))
 
 
 @relation("machine")
