@@ -55,7 +55,8 @@ def energy_of_machine(case):
         answer.append(f"energy.kinetic differs from the bodies' by {off:.3g}")
     moved = sum(compare.size_of(table[f"energy.{part}"] - table[f"energy.{part}"][0])
                 for part in ("kinetic", "potential", "stored", "lost", "driver work", "force work") if f"energy.{part}" in table)
-    off = compare.size_of(table["energy.balance"]) / max(moved, 1e-6)
+    # Where energy only stays, the integrator's error is a share of what is there.
+    off = compare.size_of(table["energy.balance"]) / max(moved, 1e-3 * size, 1e-6)
     if off > max(1e-5, case.floor) and "energy" not in case.base.text.lower():
         answer.append(f"energy.balance is {off:.3g} of the energy moved, and no warning says so")
     return answer
@@ -156,8 +157,11 @@ def mass_and_energy_of_soil(case):
     mass = float((particles["density"].astype(float) * 4.0 / 3.0 * math.pi * particles["radius"].astype(float)**3).sum())
     rounding = 1e-9 if particles["radius"].dtype == numpy.float64 else 1e-6  # of frames in single precision
     begun = [summary["soil"], *summary.get("inlets", {}).values()]  # at the start, and what inlets have poured since
-    spheres, stated = sum(part["spheres"] for part in begun), sum(part["mass [kg]"] for part in begun)
-    if spheres != len(particles["radius"]) or abs(stated - mass) > rounding * mass:
+    fibres = [(one["fibres"], one["spheres of a fibre"], one["mass of a fibre [kg]"]) for one in summary.get("fibres", {}).values()]
+    spheres = sum(part["spheres"] for part in begun) + sum(count * each for count, each, _ in fibres)
+    stated = sum(part["mass [kg]"] for part in begun) + sum(count * mass for count, _, mass in fibres)
+    window = "moving" in case.tree["soil"]  # frames list one of its periods
+    if not window and (spheres != len(particles["radius"]) or abs(stated - mass) > rounding * mass):
         answer.append(f"summary: {spheres} spheres of {stated:.9g} kg, frames: {len(particles['radius'])} of {mass:.9g} kg")
     kept = [n for n in ("soil.kinetic", "soil.spin", "soil.gravity", "soil.stored", "soil.damped", "soil.slid", "soil.rolled", "soil.removed", "soil.broken", "soil.yielded")
             if n in table]
@@ -186,6 +190,12 @@ def work_at_the_interface(case):
     return answer
 
 
+def machine_step(case):
+    """The machine's step where it has several soil steps (s), else 0."""
+    steps = case.tree["time"].get("machine", {}).get("soil steps per machine step", 1)
+    return case.base.summary()["run"]["soil step [s]"] * steps if steps > 1 else 0.0
+
+
 @relation("coupled")
 def impulse_of_machine(case):
     """m times the change of velocity is the impulse of all that acts on the body, by the means of the rows."""
@@ -204,7 +214,9 @@ def impulse_of_machine(case):
             impulse = sum((v * steps).sum() for v in terms) + m * g[k] * steps.sum()
             change = m * (table[f"{name}.v{axis}"][-1] - table[f"{name}.v{axis}"][0])
             size = sum((numpy.abs(v) * steps).sum() for v in terms) + m * abs(g[k]) * steps.sum() + m * compare.size_of(table[f"{name}.v{axis}"])
-            if abs(change - impulse) > 5e-3 * max(size, 1e-9):
+            # Inside a machine step its velocity is on a line, as if the mean force of the step had acted.
+            window = machine_step(case) * sum(compare.size_of(v) for v in terms)
+            if abs(change - impulse) > 5e-3 * max(size, 1e-9) + window:
                 answer.append(f"{name}: momentum along {axis} changes by {change:.6g}, impulses give {impulse:.6g} N s of {size:.3g}")
     return answer
 
