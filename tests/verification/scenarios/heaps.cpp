@@ -85,6 +85,30 @@ TEST(Heaps, ClumpsLieSteeperThanSpheresOfTheirVolume) {
   EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 5e-3);
 }
 
+/// The same grains, poured on a board (configs/maize-pour.yaml): a heap, of which few fall over the board's edges.
+/// Spheres of their volume spread to a layer, and most of them run off.
+TEST(Heaps, PouredClumpsLieSteeperThanPouredSpheres) {
+  const test::RunDirectory dir;
+  constexpr double radius = 9.4e-3;
+  const auto angle = [&](const char* name, const std::vector<std::string>& sets) {
+    EXPECT_EQ(test::run_scenario(test::config("maize-pour"), dir / name, sets), exit_ok);
+    const std::size_t last = test::frame_times(dir / name).size() - 1;
+    return repose_angle(test::frame_positions(dir / name, last), 0.18, radius) * 180 / std::numbers::pi;
+  };
+  const double clumps = angle("clumps", {});
+  const double spheres = angle("spheres", {"soil.clumps={}", "soil.inlets.spout.clumps=[]",
+                                           "soil.inlets.spout.radius=" + std::to_string(radius) + " m"});
+  std::printf("slope of poured maize: clumps %.1f deg, spheres %.1f deg\n", clumps, spheres);
+  EXPECT_GT(clumps, spheres + 5);
+  EXPECT_LT(clumps, 45) << "steeper than any natural grain";
+  const nlohmann::json summary = test::summary_of(dir / "clumps"), other = test::summary_of(dir / "spheres");
+  const double heaviest = 4.92e-3;  // kg, of a kernel
+  EXPECT_NEAR(summary["inlets"]["spout"]["mass [kg]"], 4, heaviest) << "2 kg/s for 2 s";
+  EXPECT_LT(summary["soil"]["fallen out and removed"], 0.3 * 3 * summary["inlets"]["spout"]["spheres"].get<double>());
+  EXPECT_GT(other["soil"]["fallen out and removed"], 0.7 * other["inlets"]["spout"]["spheres"].get<double>());
+  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 5e-3);
+}
+
 TEST(Heaps, WetSpheresStandUpright) {
   const test::RunDirectory dir;
   ASSERT_EQ(test::run_scenario(test::config("heap-wet"), dir / "out"), exit_ok);
