@@ -171,8 +171,10 @@ std::vector<float> FramesFile::numbers(std::size_t frame, const std::string& nam
 
 FrameContacts FramesFile::contact_forces(std::size_t frame) const {
   const std::string folder = group(frame) + "/contact forces";
-  FrameContacts out{h5::read<float>(file_, folder + "/ends"), h5::read<float>(file_, folder + "/force")};
-  if (out.ends.size() != 2 * out.force.size()) throw std::runtime_error(folder + ": ends and forces differ in length");
+  FrameContacts out{h5::read<float>(file_, folder + "/ends"), h5::read<float>(file_, folder + "/force"),
+                    h5::read<float>(file_, folder + "/normal force")};
+  if (out.ends.size() != 2 * out.force.size() || out.force.size() != 3 * out.normal.size())
+    throw std::runtime_error(folder + ": ends and forces differ in length");
   return out;
 }
 

@@ -44,8 +44,9 @@ struct FrameSpheres {
 
 /// Contacts that carry a force.
 struct FrameContacts {
-  std::vector<float> ends;   ///< x y z of both ends of each, m
-  std::vector<float> force;  ///< on the sphere at the first end, N
+  std::vector<float> ends;    ///< x y z of both ends of each, m
+  std::vector<float> force;   ///< x y z of the force on the sphere at the first end, N
+  std::vector<float> normal;  ///< normal force of each, compression positive, N
 };
 
 /// Reads run.h5 frame by frame: memory holds one frame. A file that a killed run left is read up to its last frame.

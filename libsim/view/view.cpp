@@ -107,7 +107,7 @@ namespace {
 /// The spheres of a run's frames, as pages take them.
 class SphereFrames {
  public:
-  /// `force`: of chains in frames that hold no contact forces.
+  /// `force`: gives the normal forces of frames that hold no contact forces; their vectors stay empty.
   SphereFrames(const FramesFile& file, RestForce force) : file_(file), force_(std::move(force)) {}
 
   /// Box of all centres and the tops of the colour scales.
@@ -173,25 +173,25 @@ class SphereFrames {
     for (const Chain& c : chains(spheres, force_)) {
       for (const std::uint32_t end : {c.a, c.b})
         out.ends.insert(out.ends.end(), &s.position[3 * end], &s.position[3 * end] + 3);
-      out.force.push_back(static_cast<float>(c.size));
+      out.normal.push_back(static_cast<float>(c.size));
     }
     return out;
   }
-  /// The strongest contacts: both ends and the force, seven floats each.
+  /// The strongest contacts: both ends and the normal force, seven floats each.
   const std::vector<float>& strongest(std::size_t f, const FrameSpheres& s) {
     const auto [place, is_new] = strongest_.try_emplace(f);
     if (!is_new) return place->second;
     const FrameContacts contacts = this->contacts(f, s);
-    std::vector<std::size_t> order(contacts.force.size());
+    std::vector<std::size_t> order(contacts.normal.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     const std::size_t count = std::min(order.size(), most_chains);
     std::partial_sort(
         order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
-        [&](std::size_t a, std::size_t b) { return std::abs(contacts.force[a]) > std::abs(contacts.force[b]); });
+        [&](std::size_t a, std::size_t b) { return std::abs(contacts.normal[a]) > std::abs(contacts.normal[b]); });
     std::vector<float>& out = place->second;
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t i = 0; i < 6; ++i) out.push_back(contacts.ends[6 * order[k] + i]);
-      out.push_back(contacts.force[order[k]]);
+      out.push_back(contacts.normal[order[k]]);
     }
     return out;
   }

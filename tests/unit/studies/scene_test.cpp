@@ -1,5 +1,7 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -364,6 +366,38 @@ TEST(View, SpheresAndBodiesAreThoseOfTheRun) {
   ASSERT_EQ(samples.size(), series.rows());
   for (std::size_t row = 0; row < series.rows(); ++row)
     EXPECT_FLOAT_EQ(bodies[9 * row + 6], static_cast<float>(series.at("tine.x")[row]));
+}
+
+TEST(View, ChainsAreTheRecordedContactsWithTheirNormalForces) {
+  const test::RunDirectory directory;
+  ASSERT_EQ(test::run_scenario(directory.scenario(test::small_pass), directory / "run", {"output.contact forces=yes"}),
+            exit_ok);
+  ViewRequest request;
+  request.run = directory / "run";
+  const Json spheres = view_scene(request)["spheres"];
+  const h5::Handle file = h5::open_file(directory / "run" / "run.h5");
+  const std::size_t last = spheres["frames"].size() - 1;
+  const std::string folder = fmt::format("/frames/{:06}/contact forces/", last);
+  const std::vector<float> ends = h5::read<float>(file, folder + "ends"),
+                           normal = h5::read<float>(file, folder + "normal force");
+  using Line = std::array<float, 7>;
+  std::multiset<Line> recorded, drawn;
+  for (std::size_t k = 0; k < normal.size(); ++k) {
+    Line line{};
+    std::copy_n(&ends[6 * k], 6, line.begin()), line[6] = normal[k];
+    recorded.insert(line);
+  }
+  const std::vector<float> chains = unpacked_numbers<float>(spheres["frames"][last]["chains"].get<std::string>());
+  for (std::size_t k = 0; k + 6 < chains.size(); k += 7) {
+    Line line{};
+    std::copy_n(&chains[k], 7, line.begin());
+    drawn.insert(line);
+    const double length = std::hypot(line[3] - line[0], line[4] - line[1], line[5] - line[2]);
+    ASSERT_LT(length, 0.0241) << "two radii of 10 mm and the reach of attraction, dc + dB = 4 mm";
+  }
+  ASSERT_GT(recorded.size(), 100U) << "a bed at rest: more contacts than spheres";
+  ASSERT_LT(recorded.size(), 2500U) << "the page has all of them";
+  EXPECT_EQ(drawn, recorded);
 }
 
 TEST(View, FramesAreLeftOutUntilTheyFitAndThePageSaysSo) {
