@@ -25,10 +25,12 @@ std::vector<std::string> cuts(const Scenario& s) {
   std::vector<std::string> sets;
   for (std::size_t i = 0; i < bed.layers.size(); ++i)
     sets.push_back("soil.bed.layers[" + std::to_string(i) + "].thickness=15 mm");
-  if (bed.fill == Fill::random && !bed.layers.empty()) return sets;
-  if (bed.fill == Fill::random && bed.count) return {"soil.bed.count=500"};
-  if (bed.fill == Fill::random) return {"soil.bed.depth=40 mm"};
-  if (bed.settle) sets = {"soil.bed.settle={for: 3 ms}"};
+  // Spheres of a random bed fall on each other for some 30 ms. How it comes to rest the templates' runs show.
+  if (bed.settle && !bed.settle->compacts())
+    sets.push_back(bed.fill == Fill::random ? "soil.bed.settle={for: 30 ms}" : "soil.bed.settle={for: 3 ms}");
+  if (bed.fill == Fill::random && bed.layers.empty())
+    sets.push_back(bed.count ? "soil.bed.count=500" : "soil.bed.depth=40 mm");
+  if (bed.fill == Fill::random) return sets;
   if (s.soil->container && s.soil->container->size.z > 1)
     sets.push_back("soil.bed.region={size: 0.3 0.4 0.2 m, at: 0.5 -0.4 -0.1 m}");
   return sets;
