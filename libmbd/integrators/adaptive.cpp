@@ -187,10 +187,12 @@ void Adaptive::keep_segment(double begin, bool beside, const std::shared_ptr<con
   segment.begin.t = begin;
   segment.choice = choice;
   segment.nearest = beside;
-  if (beside)
+  if (beside) {
     segment.polynomial = passage_.polynomial();
-  else
+    segment.open = open_in_passage_, segment.grips = grips_in_passage_;
+  } else {
     dense(front_, segment);
+  }
   segment.end.t = front_;
   dense_.segments.push_back(std::move(segment));
 }
@@ -453,6 +455,7 @@ void Adaptive::passage_step(double stop) {
   energy_range_.see(system_);
   front_ = now_.t, last_step_ = h, commits_ = remembers_;
   const bool passed = event < switches_.count();
+  open_in_passage_ = system_.open_joints(), grips_in_passage_ = system_.grips();
   if (passed) take_event(event), jumps_ = true;
   // On the configuration itself there is nothing to choose, and nothing to evaluate.
   if (!passage_.landed() && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);

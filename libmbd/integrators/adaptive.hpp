@@ -121,6 +121,8 @@ class Adaptive : public Integrator {
   std::optional<std::size_t> hidden_here_;  ///< what passes its zero at front_, of which the method knows no root
 
   SingularPassage passage_;
+  std::vector<char> open_in_passage_;  ///< of its last step, before the event that ended it
+  System::Grips grips_in_passage_;     ///< likewise
   struct Nearness {
     double distance = 1;  ///< from a singular configuration (rad)
     int orientation = 1;  ///< sign of det Phi_u

@@ -334,6 +334,42 @@ output:
     }
 }
 
+// A mass on the slide of a driven arm. The slide opens where it bears 100.8 N, in a step at a weak choice of
+// coordinates, which is taken as one past a singular configuration. The rows before show the closed slide: along it
+// nothing acts, so that s'' = s phi'^2, and it bears m (d phi'' + 2 s' phi' + ...), which grows by 0.65 N in a
+// millisecond there.
+TEST(RunHistory, RowsBeforeAnEventShowTheJointAsItWas) {
+  for (const auto& method : methods) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies:
+    arm: {mass: 3.498 kg, inertia: 0.9213 kg m^2, at: 1.864 -0.625 m, angle: -2.575 rad, velocity is: about}
+    load: {mass: 4.991 kg, inertia: 1.4875 kg m^2, at: 5.238 -0.83 m, angle: 1.765 rad, velocity is: about}
+  joints:
+    pivot: {revolute: [ground, arm], at: 2.221 -0.535 m}
+    slide: {translational: [arm, load], at: 5.314 -0.482 m, along: -0.73 0.71}
+  drivers: {turn: {angle: [ground, arm], position: {expression: -2.575 - 2.56*t + 0.35*sin(t)^3, unit: rad}}}
+  events: {shear: {opens: slide, reaction above: 100.8 N}}
+time: {end: 0.4 s}
+output: {series every: 1 ms, monitor: {bears: {formula: sqrt(x^2 + y^2), of: {x: slide.fx, y: slide.fy}, unit: N}, peak: {maximum: bears}}}
+)"),
+                           dir / "out", method),
+              exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    const std::vector<double> open = s.at("slide.open"), bears = s.at("bears"), t = s.at("time");
+    ASSERT_EQ(open.back(), 1) << method[0];
+    std::size_t last = 0;
+    while (open[last + 1] == 0) ++last;
+    EXPECT_NEAR(t[last], 0.311, 1e-9) << method[0];
+    EXPECT_NEAR(bears[last], 100.8, 0.65) << method[0];
+    for (std::size_t k = 1; k <= last; ++k)
+      EXPECT_NEAR(bears[k], bears[k - 1], 1) << method[0] << ": continuous while it is closed, " << t[k];
+    EXPECT_NEAR(s.at("peak").back(), 100.8, 1e-4) << method[0];
+  }
+}
+
 // Formulas jump where no event says so.
 TEST(RunHistory, OfAFormulaThatJumpsStaysWithinIt) {
   for (const char* force : {"10", "0.001"}) {
