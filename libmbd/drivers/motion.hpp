@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -20,6 +21,9 @@ struct Motion {
   double start = std::numeric_limits<double>::quiet_NaN();  ///< f(t_0); set from the start pose
   double start_rate = 0;                                    ///< f'(t_0); the same
   double start_time = 0;
+  /// From then on f keeps the rate that it has there, s. A run that ends where f' jumps, as at the last point of a
+  /// table, may end within a step.
+  double steady_from = std::numeric_limits<double>::infinity();
 
   /// `what` moves, in `unit`: "the angle", "rad".
   template <class V>
@@ -45,19 +49,26 @@ struct Motion {
     if (std::isnan(start)) start = value_now, start_rate = rate_now, start_time = t;
   }
   double value(double t) const {
+    return t > steady_from ? given_value(steady_from) + (t - steady_from) * given_rate(steady_from) : given_value(t);
+  }
+  double rate(double t) const { return given_rate(std::min(t, steady_from)); }
+  double second(double t) const {
+    if (t > steady_from) return 0;
+    return position.is_set() ? position.second(t) : velocity.is_set() ? velocity.first(t) : acceleration.value(t);
+  }
+
+ private:
+  double given_value(double t) const {
     if (position.is_set()) return position.value(t);
     if (velocity.is_set()) return start + (velocity.integral(t) - velocity.integral(start_time));
     const double since = t - start_time;
     return start + since * (start_rate - acceleration.integral(start_time)) +
            (acceleration.double_integral(t) - acceleration.double_integral(start_time));
   }
-  double rate(double t) const {
+  double given_rate(double t) const {
     if (position.is_set()) return position.first(t);
     if (velocity.is_set()) return velocity.value(t);
     return start_rate + (acceleration.integral(t) - acceleration.integral(start_time));
-  }
-  double second(double t) const {
-    return position.is_set() ? position.second(t) : velocity.is_set() ? velocity.first(t) : acceleration.value(t);
   }
 };
 

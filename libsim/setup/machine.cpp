@@ -175,6 +175,22 @@ const mbd::TableFunction* table_with_end(const mbd::Function& f, double t) {
   return std::abs(table->times.back() - t) < near || std::abs(table->times.front() - t) < near ? table : nullptr;
 }
 
+/// The last step of a run may end behind time.end. A motion that jumps right there, such as a table that ends in
+/// travel, is steady from then on: what is read within that step is of the motion until time.end.
+void end_motions(const Scenario& s, mbd::Model& model) {
+  if (!s.runs_in_time()) return;
+  constexpr double behind = 1e-3;  // s
+  for (auto& driver : model.drivers)
+    visit(
+        [&](auto& d) {
+          const double end = s.time.end;
+          if (first_jump(d.motion.position, mbd::Smooth::value_and_rate, end, end + behind) ||
+              first_jump(d.motion.velocity, mbd::Smooth::value, end, end + behind))
+            d.motion.steady_from = end;
+        },
+        driver.element);
+}
+
 /// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump.
 void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
   const Scenario& s = loaded.scenario;
@@ -254,6 +270,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   options.cvode.rtol = time.rtol.value_or(1e-12), options.cvode.atol = time.atol.value_or(1e-12);
   options.locate_events = time.locate_events;
   options.assemble = s.machine->assemble;
+  end_motions(s, model);
   options.hold_start = s.runs_in_time();  // the other analyses are there to find a pose
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
