@@ -24,6 +24,8 @@ constexpr long counted_steps = 20'000;
 constexpr double other_reason = 0.6;
 // From where the approach to a singular configuration is looked at, and from where a step may lead behind one.
 constexpr double sight = 0.6, leap = 0.95;
+// What is nearer to one by less has not moved (rad): a machine that is locked beside one stays there.
+constexpr double rounding_of_distance = 1e-12;
 // Nearer than this no step of the method ends before one: rounding in a step over it falls as the cube of its length.
 constexpr double far_side = 0.3;
 // Pivots that have fallen by this: the choice of coordinates may be what is near its end.
@@ -90,7 +92,8 @@ void Adaptive::restart() {
   }
   begin();
   note_distance();
-  front_ = now_.t, first_ = First::nothing, has_past_ = false, hidden_here_ = {}, failure_ = nullptr;
+  front_ = now_.t, first_ = First::nothing, has_past_ = false, failure_ = nullptr;
+  hidden_here_ = {}, event_of_passage_ = {};
   passage_.leave();
   if (partition_.near_singular()) passage_.enter();
 }
@@ -187,12 +190,10 @@ void Adaptive::keep_segment(double begin, bool beside, const std::shared_ptr<con
   segment.begin.t = begin;
   segment.choice = choice;
   segment.nearest = beside;
-  if (beside) {
+  if (beside)
     segment.polynomial = passage_.polynomial();
-    segment.open = open_in_passage_, segment.grips = grips_in_passage_;
-  } else {
+  else
     dense(front_, segment);
-  }
   segment.end.t = front_;
   dense_.segments.push_back(std::move(segment));
 }
@@ -209,6 +210,7 @@ void Adaptive::need_state() {
 }
 
 void Adaptive::pass_event() {
+  if (event_of_passage_) return pass_event_of_passage();
   read_consistent(front_);
   if (hidden_here_) {
     std::fill(directions_.begin(), directions_.end(), 0);
@@ -393,9 +395,9 @@ void Adaptive::settle_step(double taken) {
     if (changed) partition_.evaluate(now_), note_distance();
     if ((changed && follows_partition()) || has_drifted() || partition_.used_rows() != rows_) first_ = First::restart;
   }
-  if (!creeps(taken) &&
-      !(at_end_.distance < sight && passage_.in_sight((at_begin_.distance - at_end_.distance) / taken)))
-    return;
+  const double nearer = at_begin_.distance - at_end_.distance;
+  const bool comes_near = at_end_.distance < sight && nearer > rounding_of_distance;
+  if (!creeps(taken) && !(comes_near && passage_.in_sight(nearer / taken))) return;
   passage_.enter();
   first_ = First::nothing;
 }
@@ -409,7 +411,8 @@ bool Adaptive::meets_singular() {
   at_begin_ = at_end_;
   note_distance();
   const auto beside = [&] {
-    return partition_.near_singular() || (at_end_.distance < far_side && at_end_.distance < at_begin_.distance);
+    return partition_.near_singular() ||
+           (at_end_.distance < far_side && at_begin_.distance - at_end_.distance > rounding_of_distance);
   };
   if (at_end_.orientation != at_begin_.orientation && at_begin_.distance < leap) return true;
   if (!beside()) return false;
@@ -454,12 +457,21 @@ void Adaptive::passage_step(double stop) {
   if (stop - now_.t <= 1e-12 * h) now_.t = stop;
   energy_range_.see(system_);
   front_ = now_.t, last_step_ = h, commits_ = remembers_;
-  const bool passed = event < switches_.count();
-  open_in_passage_ = system_.open_joints(), grips_in_passage_ = system_.grips();
-  if (passed) take_event(event), jumps_ = true;
   // On the configuration itself there is nothing to choose, and nothing to evaluate.
-  if (!passage_.landed() && (partition_.choose_again_if_needed(now_) || passed)) partition_.evaluate_nearest(now_);
+  if (!passage_.landed() && partition_.choose_again_if_needed(now_)) partition_.evaluate_nearest(now_);
   if (passage_.away()) first_ = First::restart;
+  // It acts with the next step: what is read within this one is of the time before.
+  if (event < switches_.count()) event_of_passage_ = event, first_ = First::event;
+}
+
+// At the end of a step past a singular configuration, where now_ is.
+void Adaptive::pass_event_of_passage() {
+  const std::size_t event = *std::exchange(event_of_passage_, std::nullopt);
+  take_event(event);
+  jumps_ = true;
+  if (switches_.of_joint(event)) return restart();  // other constraints, which may be singular elsewhere
+  if (!passage_.landed()) partition_.choose_again_if_needed(now_), partition_.evaluate_nearest(now_);
+  first_ = passage_.away() ? First::restart : First::nothing;
 }
 
 // When a switch has changed sides over the step to next_, puts next_ at the first zero; returns which, or their count.

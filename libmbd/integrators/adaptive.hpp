@@ -99,6 +99,7 @@ class Adaptive : public Integrator {
   bool meets_singular();
   void note_distance();
   void passage_step(double stop);
+  void pass_event_of_passage();
   std::size_t stop_at_event(double h);
 
   StepClock clock_;
@@ -121,8 +122,7 @@ class Adaptive : public Integrator {
   std::optional<std::size_t> hidden_here_;  ///< what passes its zero at front_, of which the method knows no root
 
   SingularPassage passage_;
-  std::vector<char> open_in_passage_;  ///< of its last step, before the event that ended it
-  System::Grips grips_in_passage_;     ///< likewise
+  std::optional<std::size_t> event_of_passage_;  ///< a switch that ended its last step, and has not acted yet
   struct Nearness {
     double distance = 1;  ///< from a singular configuration (rad)
     int orientation = 1;  ///< sign of det Phi_u
