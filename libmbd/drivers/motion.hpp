@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -21,9 +20,9 @@ struct Motion {
   double start = std::numeric_limits<double>::quiet_NaN();  ///< f(t_0); set from the start pose
   double start_rate = 0;                                    ///< f'(t_0); the same
   double start_time = 0;
-  /// From then on f keeps the rate that it has there, s. A run that ends where f' jumps, as at the last point of a
-  /// table, may end within a step.
-  double steady_from = std::numeric_limits<double>::infinity();
+  /// Between both times (s) f continues as it was at the first: f, f' and f'' there. A run ends where a table has its
+  /// last point, and its last step may end behind it.
+  double extended_from = std::numeric_limits<double>::infinity(), extended_until = extended_from;
 
   /// `what` moves, in `unit`: "the angle", "rad".
   template <class V>
@@ -49,15 +48,18 @@ struct Motion {
     if (std::isnan(start)) start = value_now, start_rate = rate_now, start_time = t;
   }
   double value(double t) const {
-    return t > steady_from ? given_value(steady_from) + (t - steady_from) * given_rate(steady_from) : given_value(t);
+    if (!is_extended(t)) return given_value(t);
+    const double since = t - extended_from;
+    return given_value(extended_from) + since * (given_rate(extended_from) + 0.5 * since * given_second(extended_from));
   }
-  double rate(double t) const { return given_rate(std::min(t, steady_from)); }
-  double second(double t) const {
-    if (t > steady_from) return 0;
-    return position.is_set() ? position.second(t) : velocity.is_set() ? velocity.first(t) : acceleration.value(t);
+  double rate(double t) const {
+    if (!is_extended(t)) return given_rate(t);
+    return given_rate(extended_from) + (t - extended_from) * given_second(extended_from);
   }
+  double second(double t) const { return given_second(is_extended(t) ? extended_from : t); }
 
  private:
+  bool is_extended(double t) const { return t > extended_from && t <= extended_until; }
   double given_value(double t) const {
     if (position.is_set()) return position.value(t);
     if (velocity.is_set()) return start + (velocity.integral(t) - velocity.integral(start_time));
@@ -69,6 +71,9 @@ struct Motion {
     if (position.is_set()) return position.first(t);
     if (velocity.is_set()) return velocity.value(t);
     return start_rate + (acceleration.integral(t) - acceleration.integral(start_time));
+  }
+  double given_second(double t) const {
+    return position.is_set() ? position.second(t) : velocity.is_set() ? velocity.first(t) : acceleration.value(t);
   }
 };
 

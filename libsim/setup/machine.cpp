@@ -175,18 +175,31 @@ const mbd::TableFunction* table_with_end(const mbd::Function& f, double t) {
   return std::abs(table->times.back() - t) < near || std::abs(table->times.front() - t) < near ? table : nullptr;
 }
 
-/// The last step of a run may end behind time.end. A motion that jumps right there, such as a table that ends in
-/// travel, is steady from then on: what is read within that step is of the motion until time.end.
-void end_motions(const Scenario& s, mbd::Model& model) {
-  if (!s.runs_in_time()) return;
-  constexpr double behind = 1e-3;  // s
+/// The last step of a run may end behind time.end. A motion that is another one right there, such as a table that ends
+/// in travel, or that has no value there, is extended: what is read within that step is of the motion until time.end.
+void extend_motions(const Scenario& s, mbd::Model& model) {
+  if (!s.runs_in_time() || !(s.time.end > model.start_time)) return;
+  const double end = s.time.end, span = end - model.start_time;
+  constexpr double longest_step = 0.1, rounding = 1e-9, smooth = 1e-6;  // of the run, of its end, of the change over it
   for (auto& driver : model.drivers)
     visit(
         [&](auto& d) {
-          const double end = s.time.end;
-          if (first_jump(d.motion.position, mbd::Smooth::value_and_rate, end, end + behind) ||
-              first_jump(d.motion.velocity, mbd::Smooth::value, end, end + behind))
-            d.motion.steady_from = end;
+          const mbd::Motion& m = d.motion;
+          const double behind = end + rounding * std::max(std::abs(end), span);
+          const auto changes = [&](double (mbd::Motion::*part)(double) const, double size) {
+            try {
+              return !(std::abs((m.*part)(behind) - (m.*part)(end)) <= smooth * size);
+            } catch (const std::exception&) {
+              return true;  // a formula without a value
+            }
+          };
+          // The value of a motion that is given as a rate begins with the start pose, which is not known yet.
+          const double value = m.position.is_set() ? m.value(end) : 0;
+          const double of_rate = std::abs(m.rate(end)) + std::abs(value) / span;
+          const double of_second = std::abs(m.second(end)) + of_rate / span;
+          if ((m.position.is_set() && changes(&mbd::Motion::value, std::abs(value))) ||
+              changes(&mbd::Motion::rate, of_rate) || changes(&mbd::Motion::second, of_second))
+            d.motion.extended_from = end, d.motion.extended_until = end + longest_step * span;
         },
         driver.element);
 }
@@ -270,7 +283,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   options.cvode.rtol = time.rtol.value_or(1e-12), options.cvode.atol = time.atol.value_or(1e-12);
   options.locate_events = time.locate_events;
   options.assemble = s.machine->assemble;
-  end_motions(s, model);
+  extend_motions(s, model);
   options.hold_start = s.runs_in_time();  // the other analyses are there to find a pose
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
