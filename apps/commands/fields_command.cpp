@@ -60,6 +60,7 @@ int fields_command(const FieldsWords& words) {
   fmt::print("{} frame{} on {} x {} x {} points {} m apart; {} kernel, width {:.4g} m, zero from {:.4g} m on\n",
              report.frames, report.frames == 1 ? "" : "s", report.grid.n[0], report.grid.n[1], report.grid.n[2],
              spacing, words.kernel, report.width, report.reach);
+  if (!report.sides.empty()) fmt::print("sides are taken as open, not as periodic: {}\n", report.sides);
   if (!report.has_velocity) fmt::print("no velocity and kinetic stress: output.columns leaves velocities out\n");
   if (!report.has_contacts) fmt::print("no coordination: output.columns leaves contacts out\n");
   if (!report.has_stress) fmt::print("no contact stress: run with `output: {{contact forces: yes}}` for it\n");

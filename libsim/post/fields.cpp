@@ -189,6 +189,7 @@ FieldsReport write_fields(const FieldsRequest& request) {
   const std::vector<std::size_t> frames = chosen_frames(file, request);
   const RunFolder run = read_run_folder(request.run);
   const dem::PeriodicCell cell = periodic_cell(run.scenario ? &*run.scenario : nullptr);
+  const std::string sides = run.scenario ? "" : run.missing.front();
   const dem::Bounds box = file.extent(frames, false);
   double diameter = 0;
   for (const float r : file.radius()) diameter += 2.0 * r / static_cast<double>(file.particles());
@@ -205,7 +206,7 @@ FieldsReport write_fields(const FieldsRequest& request) {
                   request.kernel == FieldKernel::Kind::lucy ? "Lucy" : "Gaussian", width, kernel.reach());
   FieldsFile out(request.out.empty() ? request.run / "fields" : request.out, grid, held, about);
   for (const std::size_t f : frames) out.add(file.times()[f], fields_of(file, f, grid, kernel, held, cell));
-  return {out.finish(), width, kernel.reach(), grid, frames.size(), held.velocity, held.contacts, held.stress};
+  return {out.finish(), width, kernel.reach(), grid, frames.size(), held.velocity, held.contacts, held.stress, sides};
 }
 
 }  // namespace subsoil::sim

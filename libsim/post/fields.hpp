@@ -35,6 +35,7 @@ struct FieldsReport {
   FieldGrid grid;
   std::size_t frames = 0;
   bool has_velocity = true, has_contacts = true, has_stress = true;
+  std::string sides;  ///< why the sides of the container are not known, which are taken as open then
 };
 
 /// Writes OUT.h5, OUT.xdmf and OUT.xdmf2. Throws std::invalid_argument for what no such run can give.

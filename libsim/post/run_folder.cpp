@@ -33,7 +33,7 @@ void read_scenario(RunFolder& run) {
   try {
     run.scenario = load_scenario((run.path / "scenario.yaml").string()).scenario;
   } catch (const std::exception& error) {
-    run.missing.push_back("scenario.yaml: " + first_line(error) + "; no theory beside the draft, no title");
+    run.missing.push_back("scenario.yaml: " + first_line(error) + "; no title, sides and theory");
   }
 }
 

@@ -54,11 +54,13 @@ constexpr const char* no_machine = "there is no machine";
 constexpr const char* no_machine_in_soil = "there is no machine in soil";
 constexpr const char* not_iterated = "it is of `time.coupling: iterated`";
 
-constexpr std::array<ConditionalKey, 33> keys{{
+constexpr std::array<ConditionalKey, 34> keys{{
     {"soil.bed.seed", draws_numbers, "the fill draws no random number: every seed gives the same bed"},
     {"soil.bed.shares", draws_radii, "the radii are not drawn from a distribution"},
     {"soil.bed.inside machine", has_solids, "there is neither a machine's surface nor a boundary"},
     {"soil.bed.settle.lowered", settles_in_stages, "the bed does not settle in stages"},
+    {"soil.bed.settle.lowered", [](const Scenario& s) { return has_own_bed(s) && !settle_of(s).density; },
+     "a bed that is compacted to a density is poured with all its friction"},
     {"soil.bed.settle.ramp", settles_in_stages, "the bed does not settle in stages"},
     {"soil.bed.settle.at most", waits_for_rest, "the bed settles for a given time"},
     {"soil.active.within", has_spheres, no_spheres},

@@ -173,9 +173,6 @@ struct BedChecks : Checks {
     const char* const path = "soil.bed.settle.to";
     if (!acts_down(s.gravity)) refuse(path, "needs gravity along -y; leave it out");
     if (!s.soil->container) refuse(path, "needs a container, whose walls hold the bed while it is compacted; give one");
-    if (to.density && places.contains("soil.bed.settle.lowered"))
-      refuse("soil.bed.settle.lowered",
-             "has no effect: a bed that is compacted to a density is poured with all its friction; leave it out");
     if (to.density && !b.layers.empty())
       refuse(path, "is one density for several layers; give a pressure, which compacts them one by one");
     for (const Material& m : s.materials)

@@ -62,6 +62,7 @@ TEST_P(Config, IsBuiltAndStepped) {
   const Window& window = loaded.scenario.output.window;
   if (window.from || window.until) sets.push_back("output.window={from: 0 s}");  // its own lies beyond this end
   ASSERT_EQ(test::run_scenario(config(GetParam()), directory / "out", sets), exit_ok);
+  EXPECT_NO_THROW(load_scenario(directory / "out/scenario.yaml")) << "what the run writes reads as it stands";
   // Random beds have no spheres yet when their step is guessed, so allow for another step.
   const double steps = test::summary_of(directory / "out")["run"]["steps"].get<double>();
   EXPECT_GT(steps, 140);

@@ -2,6 +2,7 @@
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/packing/settle.hpp"
+#include "libsim/scenario/load.hpp"
 #include "libsim/setup/bed_profile.hpp"
 #include "libsim/setup/compaction_plate.hpp"
 #include "tests/tools/dem_beds.hpp"
@@ -110,6 +111,7 @@ TEST(BedCompaction, AScenarioReportsTheStateByDepth) {
   const test::RunDirectory dir;
   const std::string scenario = dir.scenario(kBed);
   ASSERT_EQ(test::run_scenario(scenario, dir / "density"), exit_ok);
+  EXPECT_NO_THROW(load_scenario(dir / "density/scenario.yaml")) << "what the run writes reads as it stands";
   const nlohmann::json soil = test::summary_of(dir / "density")["soil"];
   EXPECT_NEAR(soil["bulk density [kg/m3]"].get<double>(), 1460, 7.3);
   ASSERT_GT(soil["by depth"].size(), 0U);
