@@ -61,7 +61,7 @@ void look_at_densities(const Loaded& loaded, Texts& out) {
                                 m.density < light ? "light" : "heavy"));
 }
 
-/// A saved bed keeps the densities it was filled with.
+/// A saved bed keeps the densities it was filled with. Fibres are laid on it; their spheres weigh what the rod does.
 void look_at_densities_of_file(const Loaded& loaded, const World& world, Texts& out) {
   constexpr double rounding = 1e-6;
   const Scenario& s = loaded.scenario;
@@ -71,8 +71,8 @@ void look_at_densities_of_file(const Loaded& loaded, const World& world, Texts& 
     double count = 0, least = std::numeric_limits<double>::infinity(), most = 0;
     for (const dem::Sphere& one : world.bed->spheres()) {
       const double density = dem::density(one);
-      if (one.kind == dem::SphereKind::member || one.material != static_cast<int>(k) ||
-          std::abs(density / m.density - 1) < rounding)
+      if (one.id >= world.soil.fibres_from || one.kind == dem::SphereKind::member ||
+          one.material != static_cast<int>(k) || std::abs(density / m.density - 1) < rounding)
         continue;
       ++count, least = std::min(least, density), most = std::max(most, density);
     }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -239,6 +241,22 @@ TEST(FibresOfAScenario, LieOnClumps) {
   EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 1e-2);
   EXPECT_GT(summary["soil"]["clumps"].get<int>(), 10);
   EXPECT_GT(summary["fibres"]["straw"]["at the end"]["mass [kg]"].get<double>(), 0.01);
+}
+
+/// A bed from a file has spheres of its own densities. Fibres are laid on it, so the file states none of theirs.
+TEST(FibresOfAScenario, LieOnABedFromAFile) {
+  std::string text = pass(kLinear);
+  const std::string bed = "    fill: rest-lattice\n    material: soil\n    radius: 8 mm\n    depth: 50 mm\n";
+  text.replace(text.find(bed), bed.size(), "    fill: file\n    material: soil\n    file: bed.csv\n");
+  const RunDirectory dir;
+  std::string rows = "x [m],y [m],z [m],radius [m],density [kg/m^3]\n";
+  for (int i = 0; i < 14; ++i)
+    for (int k = 0; k < 7; ++k) rows += fmt::format("{},0.008,{},0.008,1900\n", 0.009 + 0.0165 * i, 0.009 + 0.0165 * k);
+  write_file(dir / "bed.csv", rows);
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out", {"time.end=5 ms"}), exit_ok);
+  const std::string warnings = summary_of(dir / "out")["warnings"].dump();
+  EXPECT_NE(warnings.find("spheres of `soil` have the 1900 kg/m^3 of the file"), std::string::npos) << warnings;
+  EXPECT_EQ(warnings.find("spheres of `straw`"), std::string::npos) << warnings;
 }
 
 /// Bits of the whole state: positions and velocities, histories and bonds, and which sphere belongs to which fibre.
