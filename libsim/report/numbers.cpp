@@ -125,12 +125,6 @@ std::optional<WindowStatistics> draft_of(const RunFolder& run) {
   return {};
 }
 
-/// A mean draft with the sign of the summary's, against the travel: the column's is that of a watch along an axis.
-double resistance(const RunFolder& run, double draft) {
-  const double by_summary = run.number({"disturbance", "specific draft [N/m2]"});
-  return by_summary * draft < 0 ? -draft : draft;
-}
-
 std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& tool,
                                           const std::optional<Furrow>& furrow) {
   std::vector<ReportNumber> out;
@@ -158,10 +152,9 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   add("furrow", "disturbed area", "m^2", furrow->disturbed_area, none, ends);
   add("furrow", "loosened area", "m^2", furrow->loosened_area, none, ends);
   add("furrow", "swell over the disturbed area", "1", furrow->swell, none, ends);
-  const std::optional<WindowStatistics> draft = draft_of(run);
-  if (draft && draft->rows > 0 && furrow->disturbed_area > 0)
-    add("specific draft", "mean draft over disturbed area", "N/m^2",
-        resistance(run, draft->mean) / furrow->disturbed_area, draft->half_width / furrow->disturbed_area, run.window);
+  if (const double draft = run.number({"disturbance", "specific draft [N/m2]"}); std::isfinite(draft))
+    add("specific draft", "mean draft over disturbed area", "N/m^2", draft,
+        run.number({"disturbance", "specific draft, interval 95 % [N/m2]"}), run.window);
   return out;
 }
 

@@ -150,13 +150,11 @@ void RunLoop::finish(int& code) {
   if (code == exit_ok) checkpoints_.remove();
   if (const std::string means = means_text(*summary_, tools_.progress(), s_); !means.empty() && world_.bed)
     spdlog::info("{}", means.substr(0, means.size() - 1));
-  std::size_t before = 0;  // printed when they were found, perhaps hours ago
+  // Others were printed when they were found, perhaps hours ago.
   for (const std::string& text : summary_->warnings())
-    if (printed_.contains(text))
-      ++before;
-    else
-      spdlog::warn("warning: {}", text);
-  if (before > 0) spdlog::warn("{} warning{} above: see summary.json", before, before == 1 ? "" : "s");
+    if (!printed_.contains(text)) spdlog::warn("warning: {}", text);
+  if (const std::size_t all = summary_->warnings().size(); all > 0)
+    spdlog::warn("{} warning{} in all: see summary.json", all, all == 1 ? "" : "s");
   if (code == exit_failed) {
     spdlog::error("{}", output_.failure);
     spdlog::error("the run stops here; results up to then are in {}", request_.out.string());
@@ -208,6 +206,12 @@ void RunLoop::last_warnings(int code) {
           fmt::format("{} touched no soil in the whole run: see where it starts and how it moves; `subsoil "
                       "check` prints how far it is from the soil",
                       tool.name));
+  if (const auto [a, b] = tools_.progress().opposed(); a != nullptr)
+    summary_->warn(
+        fmt::format("{} and {} travel against each other: `soil.draft` is the sum of their forces along one direction, "
+                    "and no specific draft is given; take the draft of each from `tools` in summary.json, or monitor "
+                    "`soil force` of each",
+                    a->name, b->name));
   if (tools_.never_steady()) {
     summary_->warn(
         "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "

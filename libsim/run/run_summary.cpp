@@ -137,10 +137,13 @@ void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& 
     b["spread of the surface [m]"] = world.soil.surface_spread;
   }
   b["contacts per sphere"] = world.soil.coordination;
+  // A moving bed repeats a period, of which its layers are told.
+  const char* const spheres_of_layer = world.moving ? "spheres of a period" : "spheres";
+  const char* const mass_of_layer = world.moving ? "mass of a period [kg]" : "mass [kg]";
   for (const auto& [material, layer] : world.soil.layers)
     b["layers"].push_back({{"material", material},
-                           {"spheres", layer.spheres},
-                           {"mass [kg]", layer.mass},
+                           {spheres_of_layer, layer.spheres},
+                           {mass_of_layer, layer.mass},
                            {"top [m]", layer.top},
                            {"spread of the top [m]", layer.spread},
                            {"thickness [m]", layer.thickness}});
@@ -306,7 +309,7 @@ struct Along {
   double sign;
 };
 std::vector<Along> axes_of(const Tool& tool) {
-  const Vec3 d = dem::norm(tool.along) > 0 ? tool.along : Vec3{1, 0, 0};
+  const Vec3 d = tool.direction();
   const bool x = d.x != 0;
   return {{"draft", tool.column + (x ? ".Fx" : ".Fz"), x ? -d.x : -d.z},
           {"lift", tool.column + ".Fy", 1.0},
@@ -350,6 +353,7 @@ void write_disturbance(Summary& summary, const ToolProgress& progress, const std
     const BlockMean& mean = summary.over_window(along.column);
     draft += along.sign * mean.mean(), variance += mean.interval() * mean.interval();
   }
+  if (progress.opposed().first != nullptr) draft = std::nan("");  // the area is that of one of them
   auto& section = summary.section("disturbance");
   try {
     const FramesFile file(folder / "run.h5");

@@ -28,6 +28,12 @@ Vec3 main_direction(const Vec3& v) {
 
 }  // namespace
 
+Vec3 Tool::direction() const {
+  // Back where it entered, as after an even number of strokes, it has come nowhere.
+  const bool came = dem::norm(gone) > 0.1 * travel && dem::norm(gone) > 0;
+  return came ? main_direction(gone) : dem::norm(along) > 0 ? along : Vec3{1, 0, 0};
+}
+
 ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
     : world_(world), simulation_(simulation) {
   if (!world.bed || world.bed->spheres().empty()) return;
@@ -79,6 +85,15 @@ bool ToolProgress::any_passes() const {
   return std::any_of(tools_.begin(), tools_.end(), [](const Tool& t) { return t.passes; });
 }
 
+std::pair<const Tool*, const Tool*> ToolProgress::opposed() const {
+  for (const Tool& a : tools_)
+    for (const Tool& b : tools_)
+      if (a.passes && b.passes && dem::norm(a.along) > 0 && dem::norm(b.along) > 0 &&
+          dem::dot(a.direction(), b.direction()) < 0)
+        return {&a, &b};
+  return {nullptr, nullptr};
+}
+
 void ToolProgress::look_for_touch() {
   for (Tool& tool : tools_) {
     if (tool.touched) continue;
@@ -119,7 +134,7 @@ void ToolProgress::follow(Tool& tool) const {
   if (!tool.entry && !over_soil) return;
   if (!tool.entry) tool.entry = place;
   tool.depth = std::max(tool.depth, surface - deepest);
-  const Vec3 gone = level(place - *tool.entry);
+  const Vec3 gone = tool.gone = level(place - *tool.entry);
   if (dem::norm(tool.along) == 0) {
     if (dem::norm(gone) > radius_) tool.along = main_direction(gone);
     return;  // the next look knows how long it is along its way

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libdem/base/archive.hpp"
@@ -20,11 +21,14 @@ struct Tool {
   // along its way, as far as it was followed
   std::optional<Vec3> entry;  ///< its place when it first stood in the soil
   Vec3 along;                 ///< horizontal unit vector of its travel; zero until it has moved by a sphere's radius
+  Vec3 gone;                  ///< m from its entry to where it was followed last, horizontal
   double travel = 0;          ///< m from the entry, the farthest so far: to and fro count once
   double depth = 0;           ///< m below the soil's mean surface, the greatest so far
   double length = 0;          ///< m along the travel of what is below the surface, the longest so far
   double room = 0;            ///< m from its foremost point below the surface to the end of the soil
 
+  /// Along x or z: where it has come to since its entry, else where it began to go. What resists it acts against this.
+  Vec3 direction() const;
   void archive(Archive& a) {
     a("touched", touched)("entry", entry)("along", along)("travel", travel)("depth", depth)("length", length)("room",
                                                                                                               room);
@@ -45,6 +49,8 @@ class ToolProgress {
   const std::vector<Tool>& tools() const { return tools_; }
   bool any_passes() const;
   bool any_travelled() const;  ///< in soil, by more than a sphere
+  /// Two tools that pass through the soil in opposite directions; nullptr: all go one way.
+  std::pair<const Tool*, const Tool*> opposed() const;
   /// Where the tools are now.
   void follow();
   /// Whether soil touches them in this step: a contact may be shorter than a row.

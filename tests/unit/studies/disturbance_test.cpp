@@ -238,10 +238,49 @@ TEST(Disturbance, SpecificDraftIsAgainstTheTravel) {
   int seen = 0;
   for (const ReportNumber& n : numbers_of_soil(folder, *found.tool, found.furrow)) {
     if (n.quantity != "specific draft") continue;
-    EXPECT_NEAR(n.value, by_summary, 0.05 * by_summary) << "rows in place of steps";
+    EXPECT_EQ(n.value, by_summary);
     ++seen;
   }
   EXPECT_EQ(seen, 1);
+}
+
+/// Each tool has the draft against its own way; there is no specific draft of two that go against each other.
+TEST(Disturbance, OfToolsThatTravelAgainstEachOther) {
+  const RunDirectory dir;
+  std::string text = trench;
+  const std::string tool = "boundaries:\n";
+  text.replace(text.find(tool), tool.size(),
+               tool +
+                   "  - {name: other, material: steel, shape: {box: 20 80 20 mm}, at: 340 10 0 mm, moves: [{velocity: "
+                   "-0.3 0 0 m/s}]}\n");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out",
+                         {"output.every=50 ms", "time.end=0.3 s", "soil.container.open after settling=[]",
+                          "boundaries.tool.moves=[{velocity: 0.3 0 0 m/s}]"}),
+            exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  EXPECT_GT(summary.at("tools").at("tool").at("draft [N]").at("mean").get<double>(), 0);
+  EXPECT_GT(summary.at("tools").at("other").at("draft [N]").at("mean").get<double>(), 0);
+  EXPECT_TRUE(summary.at("disturbance").at("specific draft [N/m2]").is_null());
+  EXPECT_NE(summary.at("warnings").dump().find("other and tool travel against each other"), std::string::npos)
+      << summary.at("warnings");
+}
+
+/// 60 mm forth and 160 mm back: the draft is against the way that it has come in all, as the column of a machine has
+/// it.
+TEST(Disturbance, DraftIsAgainstTheWayInAll) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(
+      run_scenario(
+          text, dir / "out",
+          {"time.end=0.55 s", "soil.container.open after settling=[]", "boundaries.tool.at=200 10 0 mm",
+           "output.window={from: 0.2 s}",
+           "boundaries.tool.moves=[{velocity: 0.4 0 0 m/s, until: 0.15 s}, {velocity: -0.4 0 0 m/s, from: 0.15 s}]"}),
+      exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out");
+  const double draft = summary.at("tools").at("tool").at("draft [N]").at("mean");
+  EXPECT_NEAR(draft, -summary.at("columns").at("draft").at("mean in window").get<double>(), 1e-9 * std::abs(draft));
+  EXPECT_GT(draft, 0);
 }
 
 TEST(Disturbance, IsDrawn) {
