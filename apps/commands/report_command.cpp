@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "apps/commands/command_pages.hpp"
+#include "apps/commands/page_option.hpp"
 #include "apps/commands/quantity_option.hpp"
 
 namespace subsoil::sim {
@@ -52,6 +53,7 @@ int report_command(const ReportWords& words) {
   ReportRequest request;
   request.runs.assign(words.runs.begin(), words.runs.end());
   request.out = words.out;
+  require_page_name(request.out, "for a PNG of curves or of the furrow use `subsoil plot`");
   request.source = words.source;
   if (!words.from.empty()) request.from = quantity_option("--from", words.from, "s", false);
   if (!words.until.empty()) request.until = quantity_option("--until", words.until, "s", false);

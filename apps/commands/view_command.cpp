@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/commands/command_pages.hpp"
+#include "apps/commands/page_option.hpp"
 #include "libsim/run/runner.hpp"
 
 namespace subsoil::sim {
@@ -28,6 +29,7 @@ CLI::App* add_show(CLI::App& app, ShowRequest& request) {
 
 int show_command(ShowRequest request) {
   if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem().string() + ".html";
+  require_page_name(request.out, "for a PNG open the page and press its button PNG");
   write_show(request);
   fmt::print("{}\n", request.out.string());
   return exit_ok;
@@ -71,6 +73,7 @@ int view_command(const ViewWords& words) {
     const std::filesystem::path folder = std::filesystem::absolute(request.run).lexically_normal();
     request.out = (folder.has_filename() ? folder.filename() : folder.parent_path().filename()).string() + ".html";
   }
+  require_page_name(request.out, "for a PNG open the page and press its button PNG, or use `subsoil plot`");
   write_view(request);
   fmt::print("{}\n", request.out.string());
   return exit_ok;

@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/commands/view_command.hpp"
 #include "libsim/view/show.hpp"
 #include "libsim/view/view.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/packed.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -327,6 +329,21 @@ time: {end: 0.1 s}
   EXPECT_EQ(unpacked_numbers<std::uint32_t>(scene["meshes"][0]["open"].get<std::string>()).size(), 8U)
       << "the four sides of a square";
   EXPECT_EQ(unpacked_numbers<std::uint32_t>(scene["meshes"][0]["triangles"].get<std::string>()).size(), 6U);
+}
+
+TEST(Show, ANameOfAPictureIsRefusedWithTheCure) {
+  const test::RunDirectory directory;
+  ShowRequest request;
+  request.scenario = directory.scenario(test::small_pass);
+  request.out = directory / "case.png";
+  EXPECT_EQ(
+      subsoil::test::message_of<std::invalid_argument>([&] { show_command(request); }),
+      "--out " + request.out.string() +
+          ": must end in .html, since the command writes a page; for a PNG open the page and press its button PNG");
+  EXPECT_FALSE(std::filesystem::exists(request.out));
+  request.out = directory / "case.html";
+  EXPECT_EQ(show_command(request), exit_ok);
+  EXPECT_TRUE(std::filesystem::exists(request.out));
 }
 
 /// One small pass for the tests of `view`.
