@@ -170,8 +170,9 @@ const ColumnFamily<SurfaceRecord> servo_columns{"BOUNDARY", Taken::step, servos,
                                                 "spheres resist along its line, how far it has come"};
 const ColumnFamily<SoilAsWhole> draft_columns{
     "soil", Taken::step, drafts,
-    "with a machine: the soil's force on all its bodies, against its travel along x (minus the sum of Fx where it "
-    "travels towards +x: by its drivers from begin to end, else at its start) and upward (the sum of Fy)"};
+    "with a machine: the soil's force on all its bodies. Draft is against the travel along x: minus the sum of Fx in a "
+    "travel towards +x, the sum in one towards -x. The travel is that of the drivers from begin to end, or without one "
+    "that of the velocity at the start. Lift is upward, the sum of Fy"};
 const ColumnFamily<SoilAsWhole> bed_columns{
     "", Taken::sample, bed,
     "the bed's energy balance: kinetic, of rotation (spin), potential (gravity), stored in contacts, damped, slid, "

@@ -25,7 +25,7 @@ void describe(Fields& v, BoundarySection& b) {
   v.reference("material", b.material, Family::material, "of the surface");
   v.form("shape", b.shape, "its shape");
   v.vector("at", b.at, "m", "its place: origin of the shape");
-  v.section("rotation", b.rotation, "turns the shape about its place");
+  v.section("rotation", b.rotation, "turns the shape about its place, by `axis` and `angle` or by `turns`");
   v.list("moves", b.moves, "given motion; velocities and spins of several stretches add up; left out: fixed");
   v.section("servo", b.servo,
             "presses it onto the spheres until they resist with a load; beside `moves`, of which it shifts the path");

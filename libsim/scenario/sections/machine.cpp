@@ -55,8 +55,8 @@ void describe(Fields& v, Surface& s) {
   v.inline_form(s.shape);
   v.choice("placed in", s.placed_in, {{"body", PlacedIn::body}, {"world", PlacedIn::world}},
            "axes of `at` and `rotation`: the body's, about its centre of mass, or the world's in the start pose");
-  v.vector("at", s.at, "m", "origin of the shape");
-  v.section("rotation", s.rotation, "turns the shape about its origin");
+  v.vector("at", s.at, "m", "where the origin of the shape is put");
+  v.section("rotation", s.rotation, "turns the shape about its origin, by `axis` and `angle` or by `turns`");
   v.flag("touches soil", s.touches_soil, "no: it is drawn only");
   v.section("wear", s.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }

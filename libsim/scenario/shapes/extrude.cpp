@@ -5,9 +5,10 @@
 namespace subsoil::sim {
 
 void ExtrudeShape::describe(Fields& v) {
-  v.card("extrude", "outline in x-y, extruded");
+  v.card("extrude", "outline in x-y, extruded by `width`");
   v.outline("extrude", outline, "points `x y` of the outline, or a CSV file of them whose header names the unit");
-  v.quantity("width", width, "m", "(0, inf)", "width across, symmetric about z = 0");
+  v.quantity("width", width, "m", "(0, inf)",
+             "width along the shape's own z axis, half of it on either side of its x-y plane");
 }
 
 dem::TriangleMesh ExtrudeShape::mesh() const {
