@@ -320,7 +320,9 @@ std::string mean_text(const std::string& name, const BlockMean& mean, double sig
   std::string text = fmt::format("  {:<28} {:>10.4g} {}", name, sign * mean.mean(), unit);
   if (std::isfinite(mean.interval())) text += fmt::format(" +- {:.2g} {}", mean.interval(), unit);
   if (!mean.steady() && unit.front() == 'N')
-    text += fmt::format("   not steady: changes by {:.2g} {} over the window", sign * mean.trend(), unit);
+    text +=
+        fmt::format("   not steady: changes by {:.2g} {} over the window; lengthen the run or open output.window later",
+                    sign * mean.trend(), unit);
   return text + "\n";
 }
 
