@@ -94,17 +94,28 @@ double expected_speed(const Scenario& s, const World& world) {
   return std::max({0.1, 2 * sphere, sphere + surface, fall});
 }
 
+int way_of_drivers(const Scenario& s) {
+  if (!s.machine) return 0;
+  double way = 0;
+  for (const NamedDriver& d : s.machine->drivers)
+    if (const auto* x = d.element.get_if<mbd::CoordinateDriver>(); x != nullptr && x->coordinate == mbd::Coordinate::x)
+      for (int k = 0; k <= kSamples && s.time.end > 0; ++k) way += x->motion.rate(s.time.end * k / kSamples);
+  return way < 0 ? -1 : way > 0 ? 1 : 0;
+}
+
 int travel_direction(const Scenario& s, const World& world) {
   const auto sense = [](double x) { return x < 0 ? -1 : 1; };
   if (s.soil && s.soil->moving) return s.soil->moving->direction();
   if (!s.machine || !world.machine) return 1;
-  double way = 0, speed = s.machine->start.speed;
-  for (const NamedDriver& d : s.machine->drivers)
-    if (const auto* x = d.element.get_if<mbd::CoordinateDriver>(); x != nullptr && x->coordinate == mbd::Coordinate::x)
-      for (int k = 0; k <= kSamples && s.time.end > 0; ++k) way += x->motion.rate(s.time.end * k / kSamples);
-  if (way != 0) return sense(way);
+  double speed = s.machine->start.speed;
+  if (const int way = way_of_drivers(s); way != 0) return way;
   for (const SurfaceRecord& r : world.surfaces)
     if (r.owner == SurfaceRecord::Owner::machine) speed += world.machine->body(r.body).v.x;
+  if (speed != 0) return sense(speed);
+  // From rest it goes where its forces push it.
+  const Eigen::VectorXd& acceleration = world.machine->integrator().state().acceleration;
+  for (const SurfaceRecord& r : world.surfaces)
+    if (r.owner == SurfaceRecord::Owner::machine) speed += acceleration[3 * (r.body - 1)];
   return sense(speed);
 }
 
