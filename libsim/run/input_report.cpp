@@ -19,6 +19,7 @@
 #include "libsim/run/surface_meeting.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
+#include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/container.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/servo.hpp"
@@ -414,6 +415,18 @@ void look_at_gravity_across(const Loaded& loaded, const World& world, Texts& out
                   loaded.where("gravity"), loaded.scenario.gravity.z));
 }
 
+/// Its window never moves.
+void look_at_moving_soil(const Loaded& loaded, const World& world, Texts& out) {
+  if (!world.moving) return;
+  double way = way_of_drivers(loaded.scenario);
+  for (const coupling::GivenMotion& m : world.motions)
+    if (m.boundary == world.moving->boundary) way = m.pose(loaded.scenario.time.end).position.x - m.pose(0).position.x;
+  if (way * world.moving->window.plan().direction < 0)
+    out.push_back(fmt::format(
+        "{}: what it follows goes the other way, so the window never moves; give the direction of its travel",
+        loaded.where("soil.moving.towards")));
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -429,6 +442,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_densities(loaded, out);
   look_at_densities_of_file(loaded, world, out);
   look_at_container(loaded, world, out);
+  look_at_moving_soil(loaded, world, out);
   look_at_carved(loaded, world, out);
   look_at_outlines(loaded, world, out);
   look_at_rest(loaded, world, out);

@@ -150,5 +150,44 @@ time: {end: 1 s}
   EXPECT_EQ(warnings(mass, {"gravity=0 -9.81 0 m/s^2"}), "");
 }
 
+constexpr const char* pushed = R"(subsoil: 1
+materials: {a: {density: 2500 kg/m^3}}
+contacts: [{between: [a, a], law: linear, k_n: 20 kN/m, restitution: 0.5, mu: 0.5}]
+soil:
+  container: {size: 0.4 0.1 0.1 m, at: 0 0 0 m, material: a}
+  bed: {fill: lattice, material: a, radius: 6 mm, pitch: 12 mm, depth: 36 mm}
+machine:
+  bodies: {tool: {mass: 20 kg, inertia: 1 kg m^2, at: 0.2 0.1 m}}
+  joints: {guide: {translational: [ground, tool], at: 0.2 0.1 m, along: 1 0}}
+  forces: {push: {force: tool, along x: -40 N}}
+  surfaces: {share: {body: tool, material: a, box: 10 20 50 mm, at: 0 -20 0 mm}}
+time: {end: 0.1 s}
+)";
+
+/// A draft is against the way of the tool: that of its drivers, of its speed, or of the force that moves it from rest.
+TEST(RunInputs, AToolThatIsPushedFromRestHasADirection) {
+  const auto travel = [](const std::string& text) {
+    return build_world(load_scenario_text(text, "case.yaml"), {.threads = 1, .settle = false}).travel;
+  };
+  EXPECT_EQ(travel(pushed), -1);
+  EXPECT_EQ(travel(with(pushed, "-40 N", "40 N")), 1);
+  EXPECT_EQ(travel(with(pushed, "0.2 0.1 m}", "0.2 0.1 m, velocity: 1 0 m/s}")), 1) << "its speed first";
+}
+
+/// The window of a moving bed goes one way, which is that of what it follows.
+TEST(RunInputs, AMovingBedAgainstItsToolIsNamed) {
+  std::string text =
+      with(with(pushed, "pitch: 12 mm", "pitch: 12.5 mm"), "forces: {push: {force: tool, along x: -40 N}}",
+           "drivers: {tow: {coordinate: tool.x, velocity: -1 m/s}}");
+  text = with(text, "size: 0.4 0.1 0.1 m, at: 0 0 0 m, material: a",
+              "size: 0.4 0.1 0.1 m, at: 0 0 0 m, material: a, periodic: [z]");
+  text = with(text, "depth: 36 mm", "depth: 36 mm, settle: {for: 30 ms}");
+  const std::string moving = "  moving: {follows: tool, block: 100 mm, towards: WAY}\n";
+  text = with(text, "machine:\n", moving + "machine:\n");
+  const std::string said = "soil.moving.towards: what it follows goes the other way";
+  EXPECT_NE(warnings(with(text, "WAY", "+x")).find(said), std::string::npos) << warnings(with(text, "WAY", "+x"));
+  EXPECT_EQ(warnings(with(text, "WAY", "-x")).find(said), std::string::npos);
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_inputs
