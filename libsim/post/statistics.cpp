@@ -76,9 +76,11 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   const std::span<const double> x = values.subspan(rows.begin, rows.count());
   out.rows = x.size();
   if (x.empty()) return out;
-  out.least = out.largest = x[0];
-  out.least_time = out.largest_time = time[rows.begin];
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  // A mean is of the time before its row: that of a row at the window's begin lies outside.
+  const std::size_t first = kind == RowKind::mean && x.size() > 1 && time[rows.begin] <= window.from ? 1 : 0;
+  out.least = out.largest = x[first];
+  out.least_time = out.largest_time = time[rows.begin + first];
+  for (std::size_t i = first; i < x.size(); ++i) {
     if (x[i] < out.least) out.least = x[i], out.least_time = time[rows.begin + i];
     if (x[i] > out.largest) out.largest = x[i], out.largest_time = time[rows.begin + i];
   }

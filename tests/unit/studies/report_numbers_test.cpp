@@ -128,6 +128,9 @@ TEST(Statistics, WeighRowsWithTheirTime) {
   // So does one that ends there, and instants follow their straight line to both ends of the window.
   EXPECT_NEAR(statistics(time, means, {0.45, 0.7, ""}, RowKind::mean).mean, (0.05 * means[3] + 0.2 * means[4]) / 0.25,
               1e-14);
+  const std::vector<double> high{0, 1, 9, 2, 3};
+  EXPECT_EQ(statistics(time, high, {0.4, 1, ""}, RowKind::mean).largest, 3) << "the mean of 9 lies before";
+  EXPECT_EQ(statistics(time, high, {0.4, 1, ""}, RowKind::instant).largest, 9);
   const WindowStatistics part = statistics(time, line, {0.2, 0.8, ""}, RowKind::instant);
   EXPECT_NEAR(part.mean, 3 - 2 * 0.5, 1e-14);
   EXPECT_EQ(part.largest, line[2]) << "extremes are those of rows in the window";
