@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "libmbd/elements.hpp"
+
 namespace subsoil::sim {
 namespace {
 
@@ -48,6 +50,18 @@ void add_spring(const RunFolder& run, QuantityList& out) {
     if (c.name.ends_with(".length") && out.add("spring force", c.name.substr(0, c.name.size() - 7) + ".force")) return;
 }
 
+/// The force of the driver along x; of several each by its name, since no one of them is the pull of the machine.
+void add_pull(const RunFolder& run, QuantityList& out) {
+  if (!run.scenario || !run.scenario->machine) return;
+  std::vector<std::string> towing;
+  for (const NamedDriver& d : run.scenario->machine->drivers)
+    if (const auto* x = d.element.get_if<mbd::CoordinateDriver>(); x != nullptr && x->coordinate == mbd::Coordinate::x)
+      towing.push_back(d.name);
+  const auto& drivers = run.scenario->machine->drivers;
+  if (towing.empty() && drivers.size() == 1) towing.push_back(drivers.front().name);  // along a slide
+  for (const std::string& name : towing) out.add(towing.size() == 1 ? "pull" : "pull of " + name, name + ".force");
+}
+
 double depth_of(const ToolPath& tool) { return *std::max_element(tool.depth.begin(), tool.depth.end()); }
 
 }  // namespace
@@ -55,8 +69,7 @@ double depth_of(const ToolPath& tool) { return *std::max_element(tool.depth.begi
 std::vector<Quantity> quantities(const RunFolder& run) {
   QuantityList out(run);
   if (!run.series) return {};
-  if (!out.add("pull", "pull") && run.scenario && run.scenario->machine && !run.scenario->machine->drivers.empty())
-    out.add("pull", run.scenario->machine->drivers.front().name + ".force");
+  if (!out.add("pull", "pull")) add_pull(run, out);
   if (!out.add("draft", "draft")) out.add("draft", "soil.draft");
   if (!out.add("lift", "lift")) out.add("lift", "soil.lift");
   if (!out.add("spring force", "spring force")) add_spring(run, out);

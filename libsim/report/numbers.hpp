@@ -18,7 +18,7 @@ struct Quantity {
   std::string unit;
 };
 
-/// The curves of a run. The six of a towed tool come first: as the run monitors them, else pull from the first driver,
+/// The curves of a run. The six of a towed tool come first: as the run monitors them, else pull from the driver along x,
 /// draft and lift from the soil, spring force, pitch and height from the first spring and the body that meets the soil.
 /// Then every other monitor. A run without any of them: the forces on its moving boundaries.
 std::vector<Quantity> quantities(const RunFolder& run);
