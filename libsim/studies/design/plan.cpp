@@ -52,6 +52,7 @@ struct DesignChecker {
     if (list.empty()) refuse("parameters", "is missing: nothing changes");
     for (Parameter& p : list) {
       p.paths = split_at_semicolons(p.keys);
+      if (p.unit == "1") p.unit.clear();  // a pure number
       try {
         if (!p.unit.empty()) static_cast<void>(parse_unit(p.unit));
       } catch (const std::exception& error) {
