@@ -89,7 +89,9 @@ def momentum_of_soil(case):
         for owner in owners:  # the columns are forces of the soil on the owner
             impulse -= (table[f"{owner}.F{axis}"][1:][inside] * steps[inside]).sum()
         # Velocities of a frame stand half a step before its time, and a force may peak at twice the mean of its row.
-        half_step = case.base.summary().get("run", {}).get("soil step [s]", 0.0) * sum(compare.size_of(table[f"{owner}.F{axis}"]) for owner in owners)
+        # What has just met shows in the frame alone.
+        most = sum(compare.size_of(table[f"{owner}.F{axis}"]) for owner in owners) + sum(numpy.abs(f["force"][:, k]).sum() for f in (first, last) if "force" in f)
+        half_step = case.base.summary().get("run", {}).get("soil step [s]", 0.0) * most
         off = abs(change[k] - impulse) / scale
         if off > 1e-3 + half_step / scale:
             answer.append(f"momentum along {axis}: {change[k]:.6g} N s in frames, {impulse:.6g} N s by forces and weight ({off:.2g} of the scale)")
