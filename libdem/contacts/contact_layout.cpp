@@ -28,12 +28,34 @@ struct Classes {
   std::uint32_t candidates(std::uint32_t law, bool across) const {
     return laws + law * kGapClasses + (across ? of_cache_block() : 0);
   }
-  std::uint32_t of(std::uint32_t law, double gap, double skin, bool across) const {
-    if (gap < kTouchingShare * skin) return touching(law, across);
-    // gap/skin = f 2^doublings, f in [0.5, 1): the exponent of a float, whose bias is 126 for such f.
-    const int doublings = static_cast<int>(std::bit_cast<std::uint32_t>(static_cast<float>(gap / skin)) >> 23) - 126;
-    const int width = std::clamp(doublings + static_cast<int>(kGapClasses) - 1, 0, static_cast<int>(kGapClasses) - 1);
-    return candidates(law, across) + static_cast<std::uint32_t>(width);
+  std::uint32_t of(std::uint32_t law, std::uint32_t step, bool across) const {
+    return (step == 0 ? law : laws + law * kGapClasses + step - 1) + (across ? of_cache_block() : 0);
+  }
+};
+
+/// Where a gap stands among the classes of a law: 0 touching, then the classes of candidates.
+struct GapStep {
+  static std::uint32_t of(double gap, double skin) {
+    return gap < kTouchingShare * skin ? 0 : of_candidate(static_cast<float>(gap / skin));
+  }
+
+  static constexpr std::uint16_t kUnclear = 0xffff;
+  /// The same, of a gap in single precision: kUnclear where its error may change the step.
+  /// @param share of the skin that the gap takes, and its error
+  static std::uint16_t of_nearly(float share, float error) {
+    constexpr auto limit = static_cast<float>(kTouchingShare);
+    const float least = share - error, most = share + error;
+    const bool clear = least > limit ? exponent(least) == exponent(most) : most < limit;
+    const int step = most < limit ? 0 : of_candidate(share);
+    return static_cast<std::uint16_t>(clear ? step : kUnclear);
+  }
+
+ private:
+  static int exponent(float positive) { return std::bit_cast<std::int32_t>(positive) >> 23; }
+  static int of_candidate(float share) {
+    // share = f 2^doublings, f in [0.5, 1): the exponent of a float, whose bias is 126 for such f.
+    const int doublings = exponent(share) - 126;
+    return std::clamp(doublings + static_cast<int>(kGapClasses), 1, static_cast<int>(kGapClasses));
   }
 };
 
@@ -50,7 +72,7 @@ class Chunks {
     for (std::uint32_t k = 0; k < kParticleBlock; ++k) ++next[counter(k) + 1];
     count_ = kParticleBlock - next[many + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
-    for (std::uint32_t k = 0; k < kParticleBlock; ++k) place_[next[counter(k)]++] = k;
+    for (std::uint32_t k = 0; k < kParticleBlock; ++k) place_[next[counter(k)]++] = static_cast<std::uint8_t>(k);
     const auto shared = std::find_if(place_.begin(), place_.end(), [&](std::uint32_t k) { return pairs[k] < many; });
     std::stable_sort(place_.begin(), shared, [&](std::uint32_t a, std::uint32_t b) { return pairs[a] > pairs[b]; });
     for (std::uint32_t first = 0; first < count_; first += kBlock) {
@@ -67,7 +89,7 @@ class Chunks {
   }
 
  private:
-  std::array<std::uint32_t, kParticleBlock> place_;
+  std::array<std::uint8_t, kParticleBlock> place_;
   std::array<std::uint32_t, kParticleBlock / kBlock> first_block_{};
   std::uint32_t count_ = 0, blocks_ = 0;
 };
@@ -80,8 +102,8 @@ class BlockWriter {
   void begin(std::uint32_t block, bool chunk) { shapes_[block] = {.lanes = 0, .begins = chunk}; }
   void put(std::uint32_t block, std::uint32_t lane, std::uint32_t i, std::uint32_t j) {
     blocks_[block].i[lane] = i, blocks_[block].j[lane] = j;
-    shapes_[block].lanes = static_cast<std::uint8_t>(std::max<std::uint32_t>(shapes_[block].lanes, lane + 1));
   }
+  void end(std::uint32_t block, std::uint32_t lanes) { shapes_[block].lanes = static_cast<std::uint8_t>(lanes); }
   /// Lanes without a pair: in a chunk that of the block before, which has one; else the block's first.
   void fill(std::uint32_t block) {
     PairBlock& b = blocks_[block];
@@ -108,13 +130,19 @@ class Layout {
     count_ = static_cast<std::uint32_t>(spheres.size() - store.images.size());
     classes_.laws = laws.count();
     store.particle_blocks.assign((count_ + kParticleBlock - 1) / kParticleBlock, {});
+    chunks_.resize(store.particle_blocks.size());
+    per_skin_ = static_cast<float>(1 / skin);
+    for (std::uint32_t law = 0; law < laws.count(); ++law) cutoffs_.push_back(static_cast<float>(laws.cutoff(law)));
+    for (std::uint32_t c = 0; c < classes_.count(); ++c) touches_.push_back(classes_.touches(c) ? 1 : 0);
+    // The share itself is rounded a few times.
+    error_ = static_cast<float>((list.gap_error + 1e-6 * laws.largest_cutoff()) / skin) + 1e-6f;
     sizes_.assign(store.particle_blocks.size() * classes_.count(), 0);
     class_of_.renew(list.j.size());
     for (const std::size_t cells : grid.cache_block_ends()) cache_block_ends_.push_back(grid.start[cells]);
   }
 
   Buffer<std::uint32_t> run() {
-    all_alike_ = find_all_alike();
+    find_what_is_alike();
     each_block([&](std::size_t k) { classify(k); });
     for (std::size_t k = 0; k < store_.particle_blocks.size(); ++k) place_runs(k);
     store_.blocks.renew(block_);
@@ -133,18 +161,24 @@ class Layout {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (long k = 0; k < blocks; ++k) work(static_cast<std::size_t>(k));
   }
-  /// Whether the bed has one radius and one mass and no fixed spheres, so that no pair need ask.
-  bool find_all_alike() const {
-    bool alike = true;
+  /// Whether the bed has one radius and one mass and no fixed spheres, so that no pair need ask; likewise one material.
+  void find_what_is_alike() {
+    bool alike = true, one_material = true;
     const auto count = static_cast<long>(spheres_.size());
-#pragma omp parallel for num_threads(threads_) schedule(static) reduction(&& : alike)
+#pragma omp parallel for num_threads(threads_) schedule(static) reduction(&& : alike, one_material)
     for (long k = 0; k < count; ++k) {
       const auto i = static_cast<std::size_t>(k);
       const Sphere &a = spheres_[0], &b = spheres_[i];
       alike = alike && a.r == b.r && a.m == b.m && b.kind == SphereKind::free &&
               (masses_.empty() || masses_[0] == masses_[i]);
+      one_material = one_material && a.material == b.material;
     }
-    return alike;
+    all_alike_ = alike;
+    if (one_material && count > 0) only_law_ = laws_.between(spheres_[0].material, spheres_[0].material);
+  }
+  std::uint32_t law_of(std::uint32_t i, std::uint32_t j) const {
+    if (only_law_ >= 0) return static_cast<std::uint32_t>(only_law_);
+    return static_cast<std::uint32_t>(laws_.between(spheres_[i].material, spheres_[j].material));
   }
 
   /// By class: of touching pairs contact blocks, of candidates pairs; then where they begin.
@@ -158,10 +192,8 @@ class Layout {
     return Chunks(pairs);
   }
 
-  static void include_partner(ParticleBlock& b, std::uint32_t partner, bool across) {
-    if (!across)
-      b.last = std::max(b.last, partner);
-    else if (b.interface_first > b.interface_last)
+  static void include_across(ParticleBlock& b, std::uint32_t partner) {
+    if (b.interface_first > b.interface_last)
       b.interface_first = b.interface_last = partner;
     else
       b.interface_first = std::min(b.interface_first, partner), b.interface_last = std::max(b.interface_last, partner);
@@ -181,25 +213,55 @@ class Layout {
     block.last = static_cast<std::uint32_t>(k);
     block.uniform = block.all_free = true;
     block.interface_first = block.last + 1, block.interface_last = block.last;
+    find_steps(block);
     auto end = std::upper_bound(cache_block_ends_.begin(), cache_block_ends_.end(), block.begin);
-    std::uint32_t* size = sizes_of(k);
+    std::uint32_t* const size = sizes_of(k);
+    const std::uint32_t* const js = list_.j.data();
+    std::uint16_t* const class_of = class_of_.data();
+    std::uint32_t farthest = block.begin;
     for (std::uint32_t i = block.begin; i < block.end; ++i) {
       include(i);
       while (i >= *end) ++end;
-      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
-        const Sphere &a = spheres_[i], &b = spheres_[list_.j[p]];
-        const auto law = static_cast<std::uint32_t>(laws_.between(a.material, b.material));
-        const double gap = norm(a.x - b.x) - a.r - b.r - laws_.cutoff(law);
-        const bool across = list_.j[p] >= *end;
-        class_of_[p] = static_cast<std::uint16_t>(classes_.of(law, gap, skin_, across));
-        ++size[class_of_[p]];
-        include(list_.j[p]);
-        include_partner(block, store_.images.sphere(list_.j[p]) / kParticleBlock, across);
+      const std::uint32_t last = list_.start[i + 1], end_of_cache_block = *end;
+      for (std::uint32_t p = list_.start[i]; p < last; ++p) {
+        const std::uint32_t j = js[p], law = law_of(i, j);
+        const bool across = j >= end_of_cache_block;
+        const std::uint32_t step = class_of[p] != GapStep::kUnclear ? class_of[p] : exact_step(i, j, law);
+        const std::uint32_t c = classes_.of(law, step, across);
+        class_of[p] = static_cast<std::uint16_t>(c);
+        ++size[c];
+        include(j);
+        if (across)
+          include_across(block, store_.images.sphere(j) / kParticleBlock);
+        else
+          farthest = std::max(farthest, j);
       }
     }
+    block.last = farthest / kParticleBlock;
     for (const bool across : {false, true})
       for (std::uint32_t law = 0; law < classes_.laws; ++law)
-        if (const std::uint32_t c = classes_.touching(law, across); size[c] > 0) size[c] = chunks(block, c).blocks();
+        if (const std::uint32_t c = classes_.touching(law, across); size[c] > 0)
+          size[c] = chunks_[k].emplace_back(chunks(block, c)).blocks();
+  }
+
+  /// Of the pairs of a particle block, by the gaps of the list, to class_of_.
+  void find_steps(const ParticleBlock& block) {
+    const float* const gap = list_.gap.data();
+    std::uint16_t* const step = class_of_.data();
+    const float per_skin = per_skin_, error = error_;
+    const auto find = [&](std::uint32_t begin, std::uint32_t end, float cutoff) {
+      for (std::uint32_t p = begin; p < end; ++p) step[p] = GapStep::of_nearly((gap[p] - cutoff) * per_skin, error);
+    };
+    if (only_law_ >= 0)
+      return find(list_.start[block.begin], list_.start[block.end], cutoffs_[static_cast<std::size_t>(only_law_)]);
+    for (std::uint32_t i = block.begin; i < block.end; ++i)
+      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p)
+        find(p, p + 1, cutoffs_[law_of(i, list_.j[p])]);
+  }
+  /// Where the list's gap leaves it open.
+  std::uint32_t exact_step(std::uint32_t i, std::uint32_t j, std::uint32_t law) const {
+    const Sphere &a = spheres_[i], &b = spheres_[j];
+    return GapStep::of(norm(a.x - b.x) - a.r - b.r - laws_.cutoff(law), skin_);
   }
 
   /// Runs in order; each class gets the place of its first block or pair.
@@ -241,34 +303,51 @@ class Layout {
       const PairRun& run = store_.runs[r];
       for (std::uint32_t n = 0; n < run.blocks; ++n) writer.begin(run.first + n, run.candidates);
     }
+    auto of_run = chunks_[k].begin();
     for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r)
-      if (!store_.runs[r].candidates) write_chunks(b, store_.runs[r], writer);
-    std::uint32_t* next = sizes_of(k);
+      if (!store_.runs[r].candidates) write_chunks(b, store_.runs[r], *of_run++, writer);
+    std::uint32_t* const next = sizes_of(k);
+    const std::uint32_t* const js = list_.j.data();
+    const std::uint16_t* const class_of = class_of_.data();
+    std::uint32_t* const place = place_.data();
     for (std::uint32_t i = b.begin; i < b.end; ++i)
-      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p) {
-        if (classes_.touches(class_of_[p])) continue;
-        const std::uint32_t lane = next[class_of_[p]]++;
-        place_[p] = lane;
-        writer.put(lane / kBlock, lane % kBlock, i, list_.j[p]);
+      for (std::uint32_t p = list_.start[i], last = list_.start[i + 1]; p < last; ++p) {
+        const std::uint32_t c = class_of[p];
+        if (touches_[c] != 0) continue;
+        const std::uint32_t lane = next[c]++;
+        place[p] = lane;
+        writer.put(lane / kBlock, lane % kBlock, i, js[p]);
       }
     for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
       const PairRun& run = store_.runs[r];
+      if (run.candidates) end_candidates(run, next, writer);
       for (std::uint32_t n = 0; n < run.blocks; ++n) writer.fill(run.first + n);
       std::fill_n(store_.activation.data() + run.first, run.blocks, 0.0);
       std::fill_n(store_.lines.data() + run.lines, laws_.pair_memory(run.law).lines(run.blocks), Line{});
     }
   }
-  void write_chunks(const ParticleBlock& b, const PairRun& run, BlockWriter& writer) {
+  void write_chunks(const ParticleBlock& b, const PairRun& run, const Chunks& chunks, BlockWriter& writer) {
     const std::uint32_t touching = classes_.touching(run.law, run.across_interface);
-    chunks(b, touching).each([&](std::uint32_t in_block, std::uint32_t first, std::uint32_t lane) {
+    const std::uint32_t* const js = list_.j.data();
+    const std::uint16_t* const class_of = class_of_.data();
+    std::uint32_t* const place = place_.data();
+    chunks.each([&](std::uint32_t in_block, std::uint32_t first, std::uint32_t lane) {
+      const std::uint32_t i = b.begin + in_block, last = list_.start[i + 1];
       std::uint32_t n = run.first + first;
       store_.shapes[n].begins = true;
-      for (std::uint32_t p = list_.start[b.begin + in_block]; p < list_.start[b.begin + in_block + 1]; ++p) {
-        if (class_of_[p] != touching) continue;
-        place_[p] = n * kBlock + lane;
-        writer.put(n++, lane, b.begin + in_block, list_.j[p]);
+      for (std::uint32_t p = list_.start[i]; p < last; ++p) {
+        if (class_of[p] != touching) continue;
+        place[p] = n * kBlock + lane;
+        writer.put(n, lane, i, js[p]);
+        writer.end(n++, lane + 1);  // lanes come one after the other
       }
     });
+  }
+  /// All blocks of a run are full but the last. @param next where the pairs of each class end
+  void end_candidates(const PairRun& run, const std::uint32_t* next, BlockWriter& writer) const {
+    const std::uint32_t end = next[classes_.candidates(run.law, run.across_interface) + kGapClasses - 1];
+    for (std::uint32_t n = run.first; n < run.first + run.blocks; ++n)
+      writer.end(n, std::min(kBlock, end - n * kBlock));
   }
 
   ContactStore& store_;
@@ -279,12 +358,18 @@ class Layout {
   double skin_;
   int threads_;
   bool all_alike_ = false;
-  std::uint32_t count_ = 0;  ///< spheres without images
+  int only_law_ = -1;                  ///< of all pairs; -1: there are several
+  float per_skin_ = 0;                 ///< 1/m
+  float error_ = 0;                    ///< of a gap's share of the skin
+  std::vector<float> cutoffs_;         ///< by law, m
+  std::vector<std::uint8_t> touches_;  ///< by class
+  std::uint32_t count_ = 0;            ///< spheres without images
   Classes classes_{};
   std::vector<std::uint32_t> sizes_;
   std::vector<std::uint32_t> cache_block_ends_;  ///< in spheres
   Buffer<std::uint16_t> class_of_;               ///< by pair of the list
   Buffer<std::uint32_t> place_;                  ///< likewise
+  std::vector<std::vector<Chunks>> chunks_;      ///< by particle block, of its touching runs
   std::uint32_t block_ = 0;                      ///< next free
   std::size_t line_ = 0;
 };

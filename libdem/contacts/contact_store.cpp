@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstring>
+#include <bit>
 #include <optional>
 #include <utility>
+
+#include "libdem/contacts/lane_copy.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -26,22 +28,8 @@ class RunMemory {
         diagnostic_bytes_(shape.diagnostic_bytes()) {}
 
   BlockMemory block(std::size_t block) const { return first_.further(block, state_bytes_, diagnostic_bytes_); }
-  /// Whether a block keeps nothing: most candidates never become active.
-  bool is_blank(const BlockMemory& block) const {
-    return is_zero(block.states, state_bytes_) && is_zero(block.diagnostics, diagnostic_bytes_);
-  }
 
  private:
-  /// `bytes` is a multiple of that of a column of floats.
-  static bool is_zero(const unsigned char* from, std::size_t bytes) {
-    std::uint64_t any = 0, word[4];
-    for (std::size_t at = 0; at < bytes; at += sizeof word) {
-      std::memcpy(word, from + at, sizeof word);
-      any |= (word[0] | word[1]) | (word[2] | word[3]);
-    }
-    return any == 0;
-  }
-
   BlockMemory first_;
   std::size_t state_bytes_, diagnostic_bytes_;
 };
@@ -54,7 +42,6 @@ void each_history(const PairRun& run, const Streams& in, const MemoryShape& shap
   for (std::uint32_t block = 0; block < run.blocks; ++block) {
     const PairBlock& b = in.blocks[run.first + block];
     const BlockMemory memory = all.block(block);
-    if (all.is_blank(memory)) continue;
     for (std::uint32_t lane = 0; lane < in.shapes[run.first + block].lanes; ++lane) {
       const std::uint32_t j = in.images.sphere(b.j[lane]);
       if (const PairState s = read_lane(memory, shape, lane); !s.empty()) use_pair({b.i[lane], j, s});
@@ -76,32 +63,65 @@ class HistoryWriter {
       std::fill_n(run_of_.data() + run.first, run.blocks, r);
       memory_.emplace_back(store.lines.data(), run, laws.pair_memory(run.law));
     }
+    for (std::uint32_t law = 0; law < laws.count(); ++law) copies_.emplace_back(laws.pair_memory(law));
   }
 
   void put(const PairHistory& was) const { put(was, true, write_lane); }
+  /// Those of a run as it was: contacts from lane to lane, since a pair keeps its law between two rebuilds. Returns how
+  /// many bonds are gone.
+  std::size_t put(const PairRun& run, const Streams& before) const {
+    const MemoryShape& shape = laws_.pair_memory(run.law);
+    const RunMemory all(const_cast<Line*>(before.lines.data()), run, shape);
+    const LaneCopy& contacts = copies_[run.law];
+    std::size_t gone = 0;
+    for (std::uint32_t block = 0; block < run.blocks; ++block) {
+      const PairBlock& b = before.blocks[run.first + block];
+      const BlockMemory memory = all.block(block);
+      const std::uint32_t lanes = before.shapes[run.first + block].lanes;
+      for (std::uint32_t left = contacts.filled(memory, lanes); left != 0; left &= left - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+        at_pair(b.i[lane], before.images.sphere(b.j[lane]),
+                [&](const PairRun&, const BlockMemory& to, std::uint32_t to_lane, bool turned_over) {
+                  contacts.copy(memory, lane, to, to_lane, turned_over);
+                  return true;
+                });
+      }
+      if (!shape.bonds) continue;
+      for (std::uint32_t lane = 0; lane < lanes; ++lane)
+        if (const BondMemory<double> s = read_bond(memory, shape, lane); s.state != kNoBond)
+          gone += put(BondHistory{b.i[lane], before.images.sphere(b.j[lane]), s}) ? 0 : 1;
+    }
+    return gone;
+  }
   /// False where the pair is gone or its law has no bonds any more.
   bool put(const BondHistory& was) const { return put(was, false, write_bond); }
 
  private:
   template <class History, class Write>
   bool put(const History& was, bool in_any_law, const Write& write) const {
-    const std::uint32_t a = new_index_[was.i], b = new_index_[was.j];
-    if (a == kGone || b == kGone) return false;
-    const std::uint32_t i = std::min(a, b), j = std::max(a, b);
-    const auto put_at = [&](std::uint32_t p, bool turned_over) {
-      const std::uint32_t block = place_[p] / kBlock;
-      const PairRun& run = store_.runs[run_of_[block]];
+    return at_pair(was.i, was.j, [&](const PairRun& run, const BlockMemory& to, std::uint32_t lane, bool turned_over) {
       const MemoryShape& shape = laws_.pair_memory(run.law);
       if (!in_any_law && !shape.bonds) return false;
-      write(memory_[run_of_[block]].block(block - run.first), shape, place_[p] % kBlock,
-            turned_over ? was.state.turned_over() : was.state);
+      write(to, shape, lane, turned_over ? was.state.turned_over() : was.state);
       return true;
+    });
+  }
+  /// use(its run, memory of its block, lane, whether i and j are exchanged) of the pair that spheres before are now;
+  /// false where it is gone.
+  template <class Use>
+  bool at_pair(std::uint32_t i_before, std::uint32_t j_before, const Use& use) const {
+    const std::uint32_t a = new_index_[i_before], b = new_index_[j_before];
+    if (a == kGone || b == kGone) return false;
+    const std::uint32_t i = std::min(a, b), j = std::max(a, b);
+    const auto use_at = [&](std::uint32_t p, bool turned_over) {
+      const std::uint32_t block = place_[p] / kBlock, run = run_of_[block];
+      return use(store_.runs[run], memory_[run].block(block - store_.runs[run].first), place_[p] % kBlock, turned_over);
     };
     for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p)
-      if (list_.j[p] == j) return put_at(p, a > b);
+      if (list_.j[p] == j) return use_at(p, a > b);
     if (store_.images.empty()) return false;
-    if (const auto p = across(a, b)) return put_at(*p, false);
-    if (const auto p = across(b, a)) return put_at(*p, true);
+    if (const auto p = across(a, b)) return use_at(*p, false);
+    if (const auto p = across(b, a)) return use_at(*p, true);
     return false;
   }
   /// Place in the list of a pair across a periodic side.
@@ -118,6 +138,7 @@ class HistoryWriter {
   const ContactLaws& laws_;
   Buffer<std::uint32_t> run_of_;   ///< by block
   std::vector<RunMemory> memory_;  ///< by run
+  std::vector<LaneCopy> copies_;   ///< by law
 };
 
 }  // namespace
@@ -130,12 +151,7 @@ std::size_t ContactStore::restore_histories(const NeighbourList& list, const Buf
   std::size_t gone = 0;  // bonds
   const auto old_runs = static_cast<long>(retired_.runs.size());
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : gone)
-  for (long r = 0; r < old_runs; ++r) {
-    const PairRun& run = retired_.runs[static_cast<std::size_t>(r)];
-    each_history(
-        run, before, laws.pair_memory(run.law), [&](const PairHistory& was) { writer.put(was); },
-        [&](const BondHistory& was) { gone += writer.put(was) ? 0 : 1; });
-  }
+  for (long r = 0; r < old_runs; ++r) gone += writer.put(retired_.runs[static_cast<std::size_t>(r)], before);
   for (const PairHistories& part : waiting_) {
     const auto number = static_cast<long>(part.pairs.size()), bonded = static_cast<long>(part.bonds.size());
 #pragma omp parallel for num_threads(threads) schedule(static)

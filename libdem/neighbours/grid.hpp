@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -46,7 +45,7 @@ struct Grid {
   std::size_t cells() const { return size_of(n[0]) * size_of(n[1]) * size_of(n[2]); }
 
   int coordinate(const Vec3& x, int k) const {
-    const double at = std::floor((x[axis[k]] - low[axis[k]]) / cell);
+    const double at = (x[axis[k]] - low[axis[k]]) / cell;
     return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(n[k] - 1)));
   }
   std::size_t index(int a, int b, int c) const {

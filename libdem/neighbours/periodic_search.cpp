@@ -42,13 +42,16 @@ void each_sphere_around(const Grid& grid, const Vec3& x, double distance, const 
 void merge(std::vector<AcrossPair> pairs, std::uint32_t spheres, NeighbourList& list) {
   std::sort(pairs.begin(), pairs.end());
   NeighbourList all;
+  all.gap_error = list.gap_error;
   all.start.reserve(list.start.size());
-  all.j.renew(list.j.size() + pairs.size());
+  all.j.renew(list.j.size() + pairs.size()), all.gap.renew(list.j.size() + pairs.size());
   std::uint32_t end = 0;
   auto next = pairs.begin();
   for (std::uint32_t i = 0; i < spheres; ++i) {
-    for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p) all.j[end++] = list.j[p];
-    for (; next != pairs.end() && next->first == i; ++next) all.j[end++] = spheres + next->second;
+    for (std::uint32_t p = list.start[i]; p < list.start[i + 1]; ++p)
+      all.j[end] = list.j[p], all.gap[end++] = list.gap[p];
+    for (; next != pairs.end() && next->first == i; ++next)
+      all.j[end] = spheres + next->second, all.gap[end++] = NeighbourList::kUnknown;
     all.start.push_back(end);
   }
   list = std::move(all);

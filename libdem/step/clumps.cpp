@@ -130,15 +130,7 @@ void Clumps::find(std::span<const Sphere> spheres) {
 
 void Clumps::drop_pairs(NeighbourList& list) const {
   if (!any()) return;
-  std::uint32_t kept = 0, begin = 0;
-  for (std::size_t i = 0; i + 1 < list.start.size(); ++i) {
-    const std::uint32_t end = list.start[i + 1], own = clump_at_[i];
-    for (std::uint32_t k = begin; k < end; ++k)
-      if (own == kGone || clump_at_[list.j[k]] != own) list.j[kept++] = list.j[k];
-    begin = end;
-    list.start[i + 1] = kept;
-  }
-  list.j.shorten(kept);
+  list.keep_if([&](std::uint32_t i, std::uint32_t j) { return clump_at_[i] == kGone || clump_at_[j] != clump_at_[i]; });
 }
 
 void Clumps::begin_lists(std::span<const ParticleBlock> blocks) {

@@ -28,15 +28,7 @@ void FixedSpheres::find(std::span<const Sphere> spheres) {
 
 void FixedSpheres::drop_pairs(NeighbourList& list, const PeriodicImages& images) const {
   if (is_fixed_.empty()) return;
-  std::uint32_t kept = 0, begin = 0;
-  for (std::size_t i = 0; i + 1 < list.start.size(); ++i) {
-    const std::uint32_t end = list.start[i + 1];
-    for (std::uint32_t k = begin; k < end; ++k)
-      if (!is_fixed_[i] || !is_fixed_[images.sphere(list.j[k])]) list.j[kept++] = list.j[k];
-    begin = end;
-    list.start[i + 1] = kept;
-  }
-  list.j.shorten(kept);
+  list.keep_if([&](std::uint32_t i, std::uint32_t j) { return !is_fixed_[i] || !is_fixed_[images.sphere(j)]; });
 }
 
 void FixedSpheres::begin_lists(std::span<const ParticleBlock> blocks) {

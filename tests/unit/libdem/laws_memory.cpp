@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <limits>
+
+#include "libdem/contacts/lane_copy.hpp"
 #include "libdem/step/stability.hpp"
 #include "tests/tools/contact_path.hpp"
 #include "tests/tools/every_law.hpp"
@@ -381,6 +385,62 @@ TEST(LawsWithMemory, RefuseWhatCannotBe) {
   EXPECT_NE(refusal(v).find("normal: linear"), std::string::npos);
   v.k_n = 1e5, v.map.density = NAN;
   EXPECT_NE(refusal(v).find("rho"), std::string::npos);
+}
+
+/// Memory of a block of a law, by itself.
+struct OneBlock {
+  MemoryShape shape;
+  std::vector<Line> lines;
+
+  explicit OneBlock(const MemoryShape& of) : shape(of), lines(of.lines(1)) {}
+  BlockMemory memory() { return BlockMemory::at(lines.data(), 1, shape, 0); }
+  bool operator==(const OneBlock& other) const {
+    return std::memcmp(lines.data(), other.lines.data(), lines.size() * sizeof(Line)) == 0;
+  }
+};
+
+/// What a contact keeps goes from lane to lane as by way of PairState, whatever law it has, for both precisions, and
+/// also with i and j exchanged; a lane that keeps one number of any kind counts, one of zeros and minus zeros does not.
+TEST(MemoryOfAContact, GoesFromLaneToLane) {
+  for (const auto& [name, law] : every_law())
+    for (const bool single : {false, true}) {
+      const MemoryShape shape = MemoryShape::of(law, single);
+      const LaneCopy lanes(shape);
+      OneBlock from(shape);
+      int fields = 0;
+      PairState any;
+      const auto count = [&](auto&, int) { ++fields; };
+      each_field(shape, any, count, count);
+      for (int only = 0; only <= fields; ++only) {  // the number that is there; of the last all
+        PairState s;
+        int k = 0;
+        const auto set = [&](auto& number, int) {
+          using Number = std::remove_reference_t<decltype(number)>;
+          number = only == fields ? static_cast<Number>(k + 1)
+                   : only == k    ? std::numeric_limits<Number>::min()
+                                  : -Number{0};
+          if (single && only == k) number = static_cast<Number>(std::numeric_limits<float>::denorm_min());
+          ++k;
+        };
+        each_field(shape, s, set, set);
+        write_lane(from.memory(), shape, static_cast<std::uint32_t>(only) % kBlock, s);
+        const std::uint32_t lane = static_cast<std::uint32_t>(only) % kBlock, to_lane = (lane + 3) % kBlock;
+        EXPECT_EQ(lanes.filled(from.memory(), kBlock), 1u << lane) << name << ", number " << only;
+        EXPECT_EQ(lanes.filled(from.memory(), lane), 0u) << name;
+        for (const bool turned_over : {false, true}) {
+          OneBlock copied(shape), written(shape);
+          lanes.copy(from.memory(), lane, copied.memory(), to_lane, turned_over);
+          write_lane(written.memory(), shape, to_lane, turned_over ? s.turned_over() : s);
+          EXPECT_TRUE(copied == written) << name << ", number " << only;
+        }
+        write_lane(from.memory(), shape, lane, {});
+      }
+      PairState zeros;
+      const auto minus = [](auto& number, int) { number = -0.0f; };
+      each_field(shape, zeros, minus, minus);
+      write_lane(from.memory(), shape, 2, zeros);
+      EXPECT_EQ(lanes.filled(from.memory(), kBlock), 0u) << name;
+    }
 }
 
 }  // namespace
