@@ -72,9 +72,22 @@ Handle creation_properties(const Layout& layout) {
   return list;
 }
 
-/// Does for real numbers what HDF5's shuffle and gzip filters would, a chunk on each thread, and hands the chunks over
-/// ready, in order.
-void write_real_chunks(hid_t set, const std::string& name, const void* data, const Layout& layout) {
+/// The bytes of numbers of one width by their place in the number, as HDF5's shuffle filter puts them.
+template <std::size_t width>
+void shuffle(const unsigned char* from, std::size_t numbers, std::size_t plane, unsigned char* planes) {
+  for (std::size_t b = 0; b < width; ++b)
+    for (std::size_t i = 0; i < numbers; ++i) planes[b * plane + i] = from[i * width + b];
+}
+void shuffle(std::size_t width, const unsigned char* from, std::size_t numbers, std::size_t plane,
+             unsigned char* planes) {
+  if (width == 4) return shuffle<4>(from, numbers, plane, planes);
+  if (width == 8) return shuffle<8>(from, numbers, plane, planes);
+  for (std::size_t i = 0; i < numbers; ++i)
+    for (std::size_t b = 0; b < width; ++b) planes[b * plane + i] = from[i * width + b];
+}
+
+/// Does what HDF5's shuffle and gzip filters would, a chunk on each thread, and hands the chunks over ready, in order.
+void write_chunks(hid_t set, const std::string& name, const void* data, const Layout& layout) {
   const std::size_t width = H5Tget_size(layout.file_type);
   const hsize_t rows = rows_per_chunk(layout);
   const std::size_t count = rows * layout.columns;
@@ -82,9 +95,8 @@ void write_real_chunks(hid_t set, const std::string& name, const void* data, con
     const auto* from = static_cast<const unsigned char*>(data) + first * layout.columns * width;
     const std::size_t here = std::min(rows, layout.rows - first) * layout.columns;
     std::vector<unsigned char> planes(count * width, 0);  // the last chunk is padded with zeros
-    for (std::size_t i = 0; i < here; ++i)
-      for (std::size_t b = 0; b < width; ++b) planes[b * count + i] = from[i * width + b];
-    return deflated(planes, layout.compression);
+    shuffle(width, from, here, count, planes.data());
+    return deflated_planes(planes, count, layout.compression);
   };
   const int chunks = static_cast<int>((layout.rows + rows - 1) / rows), at_once = omp_get_max_threads();
   std::vector<std::vector<unsigned char>> packed(static_cast<std::size_t>(at_once));
@@ -233,9 +245,9 @@ Handle write_unlinked(hid_t file, const std::string& name, const void* data, hid
   Handle set(H5Dcreate_anon(file, layout.file_type, space, creation_properties(layout), H5P_DEFAULT), H5Dclose,
              "creating dataset " + name);
   if (layout.rows == 0) return set;
-  const bool real = H5Tget_class(layout.file_type) == H5T_FLOAT && H5Tequal(memory_type, layout.file_type) > 0;
-  if (real && layout.compression >= 0 && !is_small(layout))
-    write_real_chunks(set, name, data, layout);
+  const bool ready = H5Tequal(memory_type, layout.file_type) > 0;  // numbers lie in memory as in the file
+  if (ready && layout.compression >= 0 && !is_small(layout))
+    write_chunks(set, name, data, layout);
   else
     checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "writing " + name);
   return set;

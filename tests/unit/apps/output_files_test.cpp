@@ -1,13 +1,17 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <random>
 
 #include "libsim/io/bed_file.hpp"
 #include "libsim/io/hdf5.hpp"
+#include "libsim/io/hdf5_driver.hpp"
 #include "libsim/io/state_file.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
@@ -157,6 +161,58 @@ BedTable three_spheres() {
           {"soil", "a, \"b\"", ""},
           {{1, 0, 0}, {0, 0, 0}, {0, 0.1, 0}},
           {{0, 0, 1}, {0, 0, 0}, {0, 0, 1e29}}};
+}
+
+/// Numbers whose first `noisy` bytes are noise, and those before them zero; the others rise slowly.
+template <class T>
+std::vector<T> with_noise(std::size_t count, int zeros, int noisy) {
+  std::mt19937_64 random(7);
+  std::vector<T> out(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<unsigned char, sizeof(T)> bytes{};
+    for (std::size_t b = 0; b < sizeof(T); ++b) {
+      const int at = static_cast<int>(b) - zeros;
+      bytes[b] = static_cast<unsigned char>(at < 0 ? 0 : at < noisy ? random() : i / 5000);
+    }
+    std::memcpy(&out[i], bytes.data(), sizeof(T));
+  }
+  return out;
+}
+
+template <class T>
+void expect_back(const std::filesystem::path& path, std::size_t count, double most) {
+  for (int zeros = 0; zeros < static_cast<int>(sizeof(T)); ++zeros)
+    for (int noisy = 0; zeros + noisy < static_cast<int>(sizeof(T)); ++noisy)
+      for (const int level : {0, 1, 4, 9}) {
+        const std::vector<T> values = with_noise<T>(count, zeros, noisy);
+        {
+          h5::Handle file = h5::create_file(path);
+          h5::write(file, "values", std::span<const T>(values), 1, level);
+          h5::close_file(file);
+        }
+        const h5::Handle file = h5::open_file(path);
+        const std::vector<T> back = h5::read<T>(file, "values");
+        ASSERT_EQ(back.size(), count);
+        EXPECT_EQ(std::memcmp(back.data(), values.data(), count * sizeof(T)), 0)
+            << sizeof(T) << " bytes, " << zeros << " zero, " << noisy << " noise, level " << level;
+        const auto bytes = static_cast<double>(std::filesystem::file_size(path));
+        const double noise = static_cast<double>(count) * noisy;
+        if (level > 0) EXPECT_LT(bytes, noise + most) << zeros << " zero, " << noisy << " noise, level " << level;
+      }
+}
+
+/// What HDF5's own filters read of chunks that were packed here is what was written, to the last bit, wherever the
+/// bytes of the numbers are zeros, noise or neither. Beside the noise a chunk takes less than a kilobyte for each of
+/// its bytes.
+TEST(Hdf5, NumbersOfNoiseAndZerosComeBack) {
+  test::Scratch scratch;
+  for (const std::size_t count : {1500u, 16384u, 70000u}) {  // one chunk, a full one, five
+    const double most = 1e4 + 1e3 * 8 * 5;
+    expect_back<float>(scratch.path() / "a.h5", count, most);
+    expect_back<double>(scratch.path() / "b.h5", count, most);
+    expect_back<std::int32_t>(scratch.path() / "c.h5", count, most);
+    expect_back<std::uint8_t>(scratch.path() / "d.h5", 10 * count, most);
+  }
 }
 
 TEST(BedFile, BothFormatsKeepEveryBit) {
