@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <utility>
 
 #include "libsim/document/characters.hpp"
 #include "libsim/document/formula.hpp"
@@ -77,9 +78,9 @@ std::string& database_file() {
   return file;
 }
 
-class Names {
+class Database {
  public:
-  Names() {
+  Database() {
     ut_set_error_message_handler(ut_ignore);
     system_ = ut_read_xml(database_file().empty() ? nullptr : database_file().c_str());
     if (system_ == nullptr) {
@@ -89,13 +90,11 @@ class Names {
     add("rev", "cycle");
     add("rpm", "cycle/minute");
   }
-  Names(const Names&) = delete;
-  Names& operator=(const Names&) = delete;
-  ~Names() { ut_free_system(system_); }
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+  ~Database() { ut_free_system(system_); }
 
-  const Unit& find(const std::string& name) {
-    const auto known = known_.find(name);
-    if (known != known_.end()) return known->second;
+  Unit find(const std::string& name) const {
     const UnitHandle handle{ut_parse(system_, name.c_str(), UT_UTF8)};
     if (!handle) {
       for (std::size_t i = 0; i < name.size(); ++i)
@@ -108,7 +107,7 @@ class Names {
     Taken taken;
     take(handle.get(), &taken);
     if (taken.fault != nullptr) throw UnitError(fmt::format("the unit `{}` {}", name, taken.fault));
-    return known_[name] = taken.unit;
+    return taken.unit;
   }
 
  private:
@@ -119,6 +118,79 @@ class Names {
     if (unit) ut_map_name_to_unit(name, UT_UTF8, unit.get());
   }
   ut_system* system_ = nullptr;
+};
+
+/// Read when it is first asked: 8 ms, a third of the start of a machine alone.
+const Database& database() {
+  static const Database instance;
+  return instance;
+}
+
+/// What the database says of the names that scenarios use most, so that few programs read it; a test compares all.
+struct CommonUnit {
+  const char* name;
+  double times, over;
+  int m, kg, s, rad = 0, K = 0;
+};
+constexpr CommonUnit kCommonUnits[] = {
+    {"m", 1, 1, 1, 0, 0},
+    {"mm", 1, 1e3, 1, 0, 0},
+    {"cm", 1, 100, 1, 0, 0},
+    {"um", 1, 1e6, 1, 0, 0},
+    {"µm", 1, 1e6, 1, 0, 0},
+    {"km", 1e3, 1, 1, 0, 0},
+    {"ha", 1e4, 1, 2, 0, 0},
+    {"l", 1, 1e3, 3, 0, 0},
+    {"kg", 1, 1, 0, 1, 0},
+    {"g", 1, 1e3, 0, 1, 0},
+    {"mg", 1, 1e6, 0, 1, 0},
+    {"t", 1e3, 1, 0, 1, 0},
+    {"s", 1, 1, 0, 0, 1},
+    {"ms", 1, 1e3, 0, 0, 1},
+    {"us", 1, 1e6, 0, 0, 1},
+    {"µs", 1, 1e6, 0, 0, 1},
+    {"min", 60, 1, 0, 0, 1},
+    {"h", 3600, 1, 0, 0, 1},
+    {"N", 1, 1, 1, 1, -2},
+    {"mN", 1, 1e3, 1, 1, -2},
+    {"kN", 1e3, 1, 1, 1, -2},
+    {"MN", 1e6, 1, 1, 1, -2},
+    {"Pa", 1, 1, -1, 1, -2},
+    {"kPa", 1e3, 1, -1, 1, -2},
+    {"MPa", 1e6, 1, -1, 1, -2},
+    {"GPa", 1e9, 1, -1, 1, -2},
+    {"J", 1, 1, 2, 1, -2},
+    {"mJ", 1, 1e3, 2, 1, -2},
+    {"kJ", 1e3, 1, 2, 1, -2},
+    {"W", 1, 1, 2, 1, -3},
+    {"kW", 1e3, 1, 2, 1, -3},
+    {"Hz", 1, 1, 0, 0, -1},
+    {"rad", 1, 1, 0, 0, 0, 1},
+    {"deg", 0.017453292519943295, 1, 0, 0, 0, 1},
+    {"°", 0.017453292519943295, 1, 0, 0, 0, 1},
+    {"rev", 6.2831853071795862, 1, 0, 0, 0, 1},
+    {"rpm", 0.10471975511965977, 1, 0, 0, -1, 1},
+    {"%", 1, 100, 0, 0, 0},
+    {"percent", 1, 100, 0, 0, 0},
+    {"K", 1, 1, 0, 0, 0, 0, 1},
+};
+
+class Names {
+ public:
+  Names() {
+    for (const CommonUnit& c : kCommonUnits) {
+      Unit& unit = known_[c.name];
+      unit.times = c.times, unit.over = c.over;
+      for (const auto& [base, power] : {std::pair{"m", c.m}, {"kg", c.kg}, {"s", c.s}, {"rad", c.rad}, {"K", c.K}})
+        if (power != 0) unit.powers[base] = power;
+    }
+  }
+  const Unit& find(const std::string& name) {
+    const auto known = known_.find(name);
+    return known != known_.end() ? known->second : known_[name] = database().find(name);
+  }
+
+ private:
   std::map<std::string, Unit> known_;
 };
 
@@ -141,6 +213,14 @@ std::vector<std::filesystem::path> unit_database() {
 }
 
 void use_unit_database(const std::string& file) { database_file() = file; }
+
+std::vector<std::string> units_without_database() {
+  std::vector<std::string> out;
+  for (const CommonUnit& c : kCommonUnits) out.push_back(c.name);
+  return out;
+}
+
+Unit unit_by_database(const std::string& name) { return database().find(name); }
 
 namespace {
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libsim/document/expression.hpp"
+#include "libsim/document/unit_database.hpp"
 #include "libsim/document/units.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -187,6 +188,19 @@ std::string refusal(const std::string& text) {
 }
 
 // A name that the scenario gives hides a constant.
+/// Those that no program reads the database for are what it says, to the last bit.
+TEST(Units, CommonOnesAreThoseOfTheDatabase) {
+  const std::vector<std::string> names = units_without_database();
+  EXPECT_GT(names.size(), 30u);
+  for (const std::string& name : names) {
+    const Unit known = parse_unit(name), there = unit_by_database(name);
+    EXPECT_EQ(known.times, there.times) << name;
+    EXPECT_EQ(known.over, there.over) << name;
+    EXPECT_EQ(known.powers, there.powers) << name;
+  }
+  EXPECT_EQ(parse_unit("inch").powers, parse_unit("m").powers) << "any other name is read there";
+}
+
 TEST(Expression, NamesThatAreGivenHideConstants) {
   for (const char* name : {"e", "pi", "Pi", "Euler", "Catalan", "I", "Digits", "E"}) {
     const double values[] = {5, 7};
