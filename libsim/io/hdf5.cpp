@@ -120,6 +120,16 @@ void write_chunks(hid_t set, const std::string& name, const void* data, const La
   }
 }
 
+/// HDF5 clears a megabyte for whatever it converts, texts above all, unless it is told that less will do.
+Handle transfer_properties(hid_t memory_type, const Layout& layout) {
+  constexpr std::size_t little = 65536;  // bytes
+  Handle list(H5Pcreate(H5P_DATASET_XFER), H5Pclose, "preparing a transfer");
+  const std::size_t width = std::max(H5Tget_size(memory_type), H5Tget_size(layout.file_type));
+  if (layout.rows * layout.columns * width <= little)
+    checked(H5Pset_buffer(list, little, nullptr, nullptr), "preparing a transfer");
+  return list;
+}
+
 }  // namespace
 
 std::int64_t checked(std::int64_t code, const std::string& doing) {
@@ -249,7 +259,8 @@ Handle write_unlinked(hid_t file, const std::string& name, const void* data, hid
   if (ready && layout.compression >= 0 && !is_small(layout))
     write_chunks(set, name, data, layout);
   else
-    checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "writing " + name);
+    checked(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, transfer_properties(memory_type, layout), data),
+            "writing " + name);
   return set;
 }
 
