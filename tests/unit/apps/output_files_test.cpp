@@ -197,7 +197,9 @@ void expect_back(const std::filesystem::path& path, std::size_t count, double mo
             << sizeof(T) << " bytes, " << zeros << " zero, " << noisy << " noise, level " << level;
         const auto bytes = static_cast<double>(std::filesystem::file_size(path));
         const double noise = static_cast<double>(count) * noisy;
-        if (level > 0) EXPECT_LT(bytes, noise + most) << zeros << " zero, " << noisy << " noise, level " << level;
+        if (level > 0) {
+          EXPECT_LT(bytes, noise + most) << zeros << " zero, " << noisy << " noise, level " << level;
+        }
       }
 }
 
