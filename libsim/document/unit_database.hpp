@@ -11,7 +11,7 @@ namespace subsoil::sim {
 std::vector<std::filesystem::path> unit_database();
 /// Where the main file is, from now on: for a library in another's process, before any unit is read.
 void use_unit_database(const std::string& file);
-/// Names that are known without it, and what it says of a name: for the test that compares both.
+/// Names that are known without it, and the unit of a name by it: for the test that compares both.
 std::vector<std::string> units_without_database();
 Unit unit_by_database(const std::string& name);
 
