@@ -67,6 +67,7 @@ const AssemblyReport& Machine::start_from_towing_equilibrium(double speed) {
   settle_pose(q, velocity);
   equilibrium_ = towing_equilibrium(system_, system_.model().start_time, q, speed);
   system_.set_start_states(equilibrium_->states);
+  system_.set_start_grips(equilibrium_->grips);
   begin(equilibrium_->q, equilibrium_->velocity);
   return report_;
 }

@@ -117,6 +117,8 @@ concept Sticks = requires(F f, const Scene scene) {
   { remembering(f).pass_event(scene, std::size_t{}) } -> std::same_as<Changeover>;
   { remembering(f).sticks(std::size_t{}) } -> std::same_as<bool>;
   { remembering(f).grip_limit(scene, std::size_t{}) } -> std::same_as<double>;
+  { remembering(f).held(scene, std::size_t{}) } -> std::same_as<double>;
+  { remembering(f).creeps() } -> std::same_as<bool>;
   { remembering(f).grip(scene, std::size_t{}, 1.0, 1.0) } -> std::same_as<double>;
   { remembering(f).slip_acceleration(scene, std::size_t{}, std::span<const double>{}) } -> std::same_as<double>;
   { remembering(f).remembers() } -> std::same_as<bool>;

@@ -60,6 +60,21 @@ class ContactMemory {
       t = {};
     return {strain, true};
   }
+  bool follow_touches(const Scene& scene, double close, bool anew) {
+    if (!contact_.law.can_stick()) return false;
+    if (anew) contact_.touches.assign(contact_.gap_count(), Touch{});
+    bool changed = false;
+    for (std::size_t k = 0; k < contact_.touches.size(); ++k) {
+      const bool near = contact_.place(scene, k).point.gap < close;
+      if (near == contact_.touches[k].closed) continue;
+      changed = true;
+      if (near)
+        begin(scene, k);
+      else
+        contact_.touches[k] = {};
+    }
+    return changed;
+  }
   bool sticks(std::size_t k) const { return holds(k); }
   double hold(const Scene& scene, std::size_t k) const {
     if (k >= contact_.touches.size() || !contact_.touches[k].closed) return 1;
@@ -70,6 +85,10 @@ class ContactMemory {
   }
   Changeover pass_event(const Scene& scene, std::size_t k) {
     return at(k).surfaces.pass_event(contact_.law.stick_stiffness, way(scene, k), slip(scene, k));
+  }
+  bool creeps() const { return !contact_.law.can_stick() && contact_.law.friction > 0; }
+  double held(const Scene& scene, std::size_t k) const {
+    return contact_.touches[k].surfaces.spring(contact_.law.stick_stiffness, way(scene, k), 0);
   }
   double grip_limit(const Scene& scene, std::size_t k) const {
     return contact_.law.friction * contact_.law.push(scene, contact_.place(scene, k), contact_.touches[k]).force;

@@ -1,6 +1,7 @@
 #include "libmbd/equilibrium/equilibrium.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr int most_turns = 400;
 constexpr double longest_time = 1e6;  // of pseudo-time: rates that are slower count as none (s)
+constexpr double touching = 1e-9;     // of the machine's length: contacts this near touch
 
 /// The balance of all coordinates, constraints and states at a steady state, scaled to forces, lengths and rates.
 class Balance {
@@ -49,14 +51,27 @@ class Balance {
   }
 
   /// What an implicit step of Euler's method from `from` to u leaves, of length `tau` for bodies and `dt` for states:
-  ///   F - Phi_q^T lambda - M (q - q_0)/tau^2,  -Phi,  x' - (x - x_0)/dt,  x' at the velocity (q - q_0)/dt
+  ///   F - Phi_q^T lambda - M (q - q_0)/tau^2,  -Phi,  x' + what the way adds - (x - x_0)/dt
+  /// The way from q_0 to q adds the mean of x'(v) - x'(0) along it, at the velocity v = (q - q_0)/dt, by Gauss's rule:
+  /// oil that is locked in then has the pressure of its volume, whatever the steps were.
   Eigen::VectorXd after_step(const Equilibrium& from, const Equilibrium& u, const Eigen::VectorXd& inertia, double dt) {
     Eigen::VectorXd out = at(u), way = u.q - from.q;
     for (Eigen::Index j = 0; j < n_; ++j)
       if (spin(j) == Spin::none) out[j] -= inertia[j] * columns_[j] * way[j];
     if (s_ == 0) return out;
-    set(u, u.velocity + way / dt);
-    out.tail(s_) = rates(u) - (u.states - from.states) / dt;
+    constexpr std::array<double, 4> nodes{0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
+                                          0.9305681557970263};
+    constexpr std::array<double, 4> weights{0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                            0.17392742256872693};
+    Equilibrium between = u;
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      between.q = from.q + nodes[k] * way, between.states = from.states + nodes[k] * (u.states - from.states);
+      set(between, u.velocity + way / dt);
+      const Eigen::VectorXd moving = rates(between);
+      set(between, u.velocity);
+      out.tail(s_) += weights[k] * (moving - rates(between));
+    }
+    out.tail(s_) -= (u.states - from.states) / dt;
     set(u, u.velocity);
     return out;
   }
@@ -318,9 +333,11 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
       continue;
     }
     r = balance.at(found);
+    const bool touched = system.follow_touches(touching * size.length);
+    if (touched) r = balance.at(found);
     const double after = size(r);
     if (!std::isfinite(after)) break;
-    if (before < std::max(1e-11, 100 * rounding) && after > 0.5 * before) break;
+    if (!touched && before < std::max(1e-11, 100 * rounding) && after > 0.5 * before) break;
     inverse_tau2 *= std::clamp(after / before, 0.2, 2.0);
   }
   found.residual = r.head(n).cwiseAbs().maxCoeff();
@@ -394,6 +411,15 @@ std::string drifting_state(const System& system, const Eigen::VectorXd& r) {
          std::to_string(r[first + worst]) + " in a second";
 }
 
+/// ", give friction 'pad' a `stick stiffness`, without which it holds nothing at rest", where there is any.
+std::string stiction_missing(const System& system, double speed) {
+  const std::vector<std::string> names = system.creeping();
+  if (speed != 0 || names.empty()) return "";
+  std::string out = ", give the friction of ";
+  for (std::size_t i = 0; i < names.size(); ++i) out += (i ? ", '" : "'") + names[i] + "'";
+  return out + " a `stick stiffness` (without one it holds nothing at rest)";
+}
+
 }  // namespace
 
 Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& guess, double speed) {
@@ -405,30 +431,43 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   system.set_state(t, guess, start.velocity);
   const std::vector<double>& x = system.begin_states();
   start.states = Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+  const double close = touching * system.length_scale();
+  system.follow_touches(close, true);
   Balance balance(system, t, start);
   Equilibrium found = start;
+  const auto begin_again = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& states) {
+    start.iterations = found.iterations, found = start;
+    found.q = q, found.states = states;
+    balance.at(found);
+    system.follow_touches(close, true);
+  };
+  std::string falls;
   bool closed = false;
   if (has_beams(system)) {
     closed = follow_growing_load(system, balance, found) && solve_balance(system, balance, found);
-    if (!closed) start.iterations = found.iterations, found = start;
+    if (!closed) begin_again(start.q, start.states);
   }
   closed = closed || solve_balance(system, balance, found);
   if (!closed && speed == 0) {
     try {
       const Rest rest = fall_to_rest(system, t, guess);
-      start.iterations = found.iterations, found = start;
-      found.q = rest.q, found.states = rest.states;
+      begin_again(rest.q, rest.states);
       closed = solve_balance(system, balance, found);
     } catch (const BlowUp&) {  // nothing holds it
+    } catch (const std::runtime_error&) {
+      falls = ", and released there it falls into a pose from which it cannot go on";
     }
   }
   char residual[32];
   std::snprintf(residual, sizeof residual, "%.4g", found.residual);
   if (!closed)
-    throw std::runtime_error(
-        std::string(speed == 0 ? "no static" : "no steady") + " equilibrium found near the start pose: " + residual +
-        " N stay unbalanced after " + std::to_string(found.iterations) + " iterations" +
-        drifting_state(system, balance.at(found)) + "; start nearer to it, or take the pose as given");
+    throw std::runtime_error(std::string(speed == 0 ? "no static" : "no steady") +
+                             " equilibrium found near the start pose: " + residual + " N stay unbalanced after " +
+                             std::to_string(found.iterations) + " iterations" +
+                             drifting_state(system, balance.at(found)) + falls + "; start nearer to it" +
+                             stiction_missing(system, speed) + ", or take the pose as given");
+  balance.at(found);
+  found.grips = system.grips();
   refuse_moving_drivers(system, balance.constraints(), found, speed);
   return found;
 }

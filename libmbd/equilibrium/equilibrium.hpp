@@ -12,6 +12,7 @@ namespace subsoil::mbd {
 struct Equilibrium {
   Eigen::VectorXd q, velocity, lambda;
   Eigen::VectorXd states{};  ///< of elements; empty: those that the system holds
+  System::Grips grips{};     ///< what stiction holds there
   double residual = 0;       ///< maximum unbalanced force (N, moments over the machine's length)
   int iterations = 0;
 };
@@ -21,6 +22,7 @@ struct Equilibrium {
 /// for all coordinates q, multipliers lambda and states x of elements together, every body at (speed, 0). States begin
 /// with their start values at the guess. What their rates leave free (oil that a closed valve locks in) follows the
 /// motion from there: the equilibrium is the one that the machine reaches by moving slowly.
+/// Contacts that can stick do so from where they touch on the way; joints, from the guess.
 /// In a tow a body that nothing holds in its angle (a wheel on its axle) may rotate. Its angular velocity is unknown in
 /// place of its angle, and follows from its balance of moments: it rolls where friction lets it. Wheels on soil turn
 /// at -speed/R and take no part in the balance of moments. At speed 0 nothing rotates.

@@ -154,6 +154,8 @@ struct JointFriction {
   bool remembers() const { return can_stick(); }
   std::size_t stick_count() const { return can_stick(); }
   bool sticks(std::size_t) const { return can_stick() && surfaces.sticks(); }
+  bool creeps() const { return !can_stick() && mu_s > 0; }
+  double held(const Scene& scene, std::size_t) const { return surfaces.spring(stick_stiffness, contact(scene).s, 0); }
   double grip_limit(const Scene& scene, std::size_t) const { return mu_s * contact(scene).normal; }
   double slip_acceleration(const Scene& scene, std::size_t, std::span<const double> accelerations) const {
     const auto of = [&](int body) {

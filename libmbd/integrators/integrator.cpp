@@ -47,11 +47,12 @@ void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd
   on_start();
 }
 
-// Several that stick carry the load one after the other, each what those before it leave.
+// Several that stick carry the load one after the other, each what those before it leave; those of an equilibrium carry
+// what they do there.
 void Integrator::begin_grips() {
   std::size_t frictions = 0;
   for (std::size_t i = 0; i < switches_.count(); ++i) frictions += switches_.of_friction(i);
-  const int turns = frictions > 1 ? 20 : 1;
+  const int turns = frictions > 1 && !system_.keeps_grips() ? 20 : 1;
   for (int turn = 0; turn < turns; ++turn)
     for (std::size_t i = 0; i < switches_.count(); ++i)
       if (switches_.of_friction(i)) grip(switches_.force(i), switches_.place(i));

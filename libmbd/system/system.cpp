@@ -495,7 +495,7 @@ void System::settle_forces(double t, const Eigen::VectorXd& q, const Eigen::Vect
         },
         model_.forces[i].element);
   }
-  start_states_.clear();
+  start_states_.clear(), start_grips_.clear();
   begin_states();
 }
 
@@ -506,6 +506,7 @@ void System::restart_traces() {
           if constexpr (Force::has.trace) remembering(force).begin_trace(scene());
         },
         f.element);
+  if (keeps_grips()) set_grips(start_grips_);
 }
 
 Eigen::VectorXd System::towing_velocity(double speed) const {

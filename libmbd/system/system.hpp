@@ -205,17 +205,26 @@ class System {
   Eigen::VectorXd towing_velocity(double speed) const;
   /// 1 for bodies (from the first) whose angular velocity in a tow a force gives.
   std::vector<char> towed_spins() const;
+  /// In statics: contacts whose gap is below `close` (m) touch, and stick from there on; others part. True where any
+  /// has changed. @param anew all begin at the state set last
+  bool follow_touches(double close, bool anew = false);
+  /// Forces with friction that fades at rest, by name: it holds nothing there.
+  std::vector<std::string> creeping() const;
   /// Tells a force that its friction at a place changes, at the state set last.
   Changeover pass_event(std::size_t force, std::size_t place);
   /// The same of a gap that has passed 0.
   Changeover touch(std::size_t force, std::size_t place, bool closes);
   /// Lets friction that sticks begin with the force that holds its surfaces at the state set last; `accelerate` solves
   /// that state again and returns its accelerations. Returns the energy that stiction stores by it (J).
+  /// An equilibrium's stiction (set_start_grips) keeps the force that it has.
   double grip(std::size_t force, std::size_t place, const std::function<const Eigen::VectorXd&()>& accelerate);
   /// What forces hold from one event to the next (stiction, impacts of a given restitution), to restore it before one.
   using Grips = std::vector<double>;
   Grips grips() const;
   void set_grips(const Grips& grips);
+  /// What forces hold at a start from now until settle_forces(), as an equilibrium finds it.
+  void set_start_grips(Grips grips) { start_grips_ = std::move(grips); }
+  bool keeps_grips() const { return !start_grips_.empty(); }
   /// The state set last is accepted: the ground takes its ruts.
   void commit();
   const std::vector<Rut>& ruts() const { return ruts_; }
@@ -318,6 +327,7 @@ class System {
   long wrench_changes_ = 0;
 
   std::vector<double> element_states_, state_rates_, state_scales_, signals_, measured_, start_states_;
+  Grips start_grips_;
   std::vector<std::size_t> first_measured_;  // of each controller, in measured_
   std::vector<Sampler> samplers_;            // of the controllers
   bool has_instants_ = false, outputs_before_ = false;

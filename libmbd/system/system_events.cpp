@@ -112,6 +112,28 @@ Changeover System::touch(std::size_t force, std::size_t place, bool closes) {
       model_.forces[force].element);
 }
 
+bool System::follow_touches(double close, bool anew) {
+  bool changed = false;
+  for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
+    auto&& memory = remembering(*placed.element);
+    if constexpr (requires { memory.follow_touches(scene(), close, anew); })
+      changed = memory.follow_touches(scene(), close, anew) || changed;
+  });
+  return changed;
+}
+
+std::vector<std::string> System::creeping() const {
+  std::vector<std::string> names;
+  for (const auto& f : model_.forces)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (Force::has.stick)
+            if (remembering(force).creeps()) names.push_back(f.name);
+        },
+        f.element);
+  return names;
+}
+
 System::Grips System::grips() const {
   Grips out;
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
@@ -142,6 +164,7 @@ template <class Force>
 double grip_place(const System& system, Force&& f, std::size_t place,
                   const std::function<const Eigen::VectorXd&()>& accelerate) {
   if (!f.sticks(place)) return 0;
+  const double kept = system.keeps_grips() ? f.held(system.scene(), place) : 0;
   const auto slip = [&](double with) {
     f.grip(system.scene(), place, with, 0);
     const Eigen::VectorXd& solved = accelerate();
@@ -150,11 +173,15 @@ double grip_place(const System& system, Force&& f, std::size_t place,
   const double free = slip(0), limit = f.grip_limit(system.scene(), place);
   double held = limit > 0 ? limit : 1, rest = slip(held), mass = held / (rest - free);
   if (!(mass > 0 && std::isfinite(mass))) {  // its surfaces cannot move, or are not held by forces
-    f.grip(system.scene(), place, 0, 0);
+    const double stored = f.grip(system.scene(), place, kept, 0);
     accelerate();
-    return 0;
+    return stored;
   }
-  for (int turn = 0; turn < 3; ++turn) held -= mass * rest, rest = slip(held);
+  if (system.keeps_grips()) {
+    held = kept;
+  } else {
+    for (int turn = 0; turn < 3; ++turn) held -= mass * rest, rest = slip(held);
+  }
   for (int turn = 0; turn < 3; ++turn) {  // what presses the surfaces may depend on the grip
     const double most = StickSlip::most_of_grip * f.grip_limit(system.scene(), place);
     held = std::clamp(held, -most, most), slip(held);
