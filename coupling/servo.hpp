@@ -19,6 +19,7 @@ struct Servo {
   dem::Vec3 along{0, -1, 0};                ///< d, unit, world axes
   std::function<double(double time)> load;  ///< N
   double gain = 0, integral_gain = 0;       ///< m/(s N), m/(s^2 N)
+  bool gain_given = true;                   ///< else a state that is restored keeps its own
   double rate_gain = 0;                     ///< m/N
   double limit = 0;                         ///< v_max, m/s
   double lag = 0;                           ///< T, s; 0: none
@@ -33,10 +34,11 @@ struct ServoState {
   double force = 0;     ///< N, F at the last step
   double load = 0;      ///< N, F_load at the last step
   bool began = false;   ///< there is a last step
+  double gain = 0;      ///< K_p, of the servo as it began
   template <class A>
   void archive(A& a) {
     a("travel", travel)("velocity", velocity)("integral", integral)("error", error);
-    a("force", force)("load", load)("began", began);
+    a("force", force)("load", load)("began", began)("gain", gain);
   }
 
   void advance(const Servo& servo, const dem::Vec3& force_of_spheres, double time, double dt);

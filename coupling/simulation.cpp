@@ -328,7 +328,10 @@ void Simulation::restore(const ExchangeState& state) {
   window_ = state.window, acceleration_ = state.acceleration;
   auto servo = state.servos.begin();
   for (std::size_t i = 0; i < motions_.size(); ++i)
-    if (motions_[i].servo) servos_[i] = *servo++;
+    if (motions_[i].servo) {
+      servos_[i] = *servo++;
+      if (motions_[i].servo->gain_given) servos_[i].gain = motions_[i].servo->gain;
+    }
   if (iterates() && state.iterated) {
     for (std::size_t b = 0; b < starts_.size(); ++b) {
       const std::array<double, 6>& s = state.iterated->starts[b];

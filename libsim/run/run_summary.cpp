@@ -274,9 +274,12 @@ void write_servos(Summary& summary, const World& world, const coupling::Simulati
     if (!m.servo) continue;
     const coupling::ServoState& s = simulation.servo(i);
     const dem::Boundary& b = world.bed->boundary(m.boundary);
-    summary.section("servos")[b.name] = {{"load at the end [N]", s.load},   {"resistance at the end [N]", s.force},
-                                         {"travel [m]", s.travel},          {"speed at the end [m/s]", s.velocity},
-                                         {"gain [m/(N s)]", m.servo->gain}, {"work on the soil [J]", b.work}};
+    summary.section("servos")[b.name] = {{"load at the end [N]", s.load},
+                                         {"resistance at the end [N]", s.force},
+                                         {"travel [m]", s.travel},
+                                         {"speed at the end [m/s]", s.velocity},
+                                         {"gain [m/(N s)]", s.began ? s.gain : m.servo->gain},
+                                         {"work on the soil [J]", b.work}};
   }
 }
 

@@ -173,7 +173,7 @@ coupling::Servo servo_of(const ServoSection& s, const dem::Boundary& boundary, c
   const double most = largest_load(out, end);
   if (!(most > 0))
     throw ScenarioError(place + ": the load is zero at all times, so that no gain follows from it; give `gain`");
-  out.gain = s.limit / most;
+  out.gain = s.limit / most, out.gain_given = false;
   return out;
 }
 

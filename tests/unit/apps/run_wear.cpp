@@ -200,6 +200,23 @@ TEST(RunServo, PlateSettlesAtItsLoad) {
   EXPECT_EQ(on.at("plate.resistance")[on.rows() - 1], series.at("plate.resistance")[last]);
 }
 
+/// The gain that is left out is the speed limit over the maximum load of the run that begins, 5 N until 0.25 s; a run
+/// that continues it until the load is 12.5 N keeps it.
+TEST(RunServo, AContinuedRunKeepsTheDefaultGain) {
+  const RunDirectory dir;
+  const std::string rising =
+      replaced(press, "pressure: 2 kPa", "load: {ramp: {from: 5 N, to: 20 N, begin: 0.25 s, end: 0.75 s}}");
+  const auto gain = [&](const std::string& run) {
+    return summary_of(dir / run).at("servos").at("plate").at("gain [m/(N s)]").get<double>();
+  };
+  const std::string text = dir.scenario(rising);
+  ASSERT_EQ(run_scenario(text, dir / "first", {"time.end=0.25 s"}), exit_ok);
+  const auto state = states_in(dir / "first").back();
+  ASSERT_EQ(run_scenario(text, dir / "second", {}, state), exit_ok);
+  EXPECT_NEAR(gain("first"), 0.1 / 5, 1e-12);
+  EXPECT_EQ(gain("second"), gain("first"));
+}
+
 dem::Boundary shaped(dem::Shape shape, const dem::Pose& pose = {}) {
   dem::Boundary out;
   out.shape = std::move(shape), out.pose = pose;
