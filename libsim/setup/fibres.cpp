@@ -110,10 +110,9 @@ dem::BedCover::Laid FibreCover::lay(dem::Bed& bed, const std::uint32_t first) {
   const std::vector<FibreGroup> groups = fibre_groups(loaded_.scenario);
   for (std::size_t k = 0; k < groups.size(); ++k) {
     const FibreGroup& group = groups[k];
+    const std::vector<dem::FibrePose> poses = place_group(group, k, taken, surface);
     try {
-      const std::vector<dem::FibrePose> poses = place(sections[k], group, k, taken, surface);
       if (sections[k].region) laid.left_out += make_room(bed, group.shape, poses);
-      for (const dem::FibrePose& pose : poses) taken.push_back({group.shape, pose});
       bed.insert(dem::fibres_at(group.shape, poses, next));
       next += static_cast<std::uint32_t>(poses.size()) * group.per_fibre();
     } catch (const std::invalid_argument& error) {
@@ -129,6 +128,24 @@ void FibreCover::laid(const Laid& what) {
   world_.fibres = fibre_groups(loaded_.scenario);
   number_fibres(world_);
   raise_(what.height);
+}
+
+void FibreCover::refuse_without_room() const {
+  const auto& container = loaded_.scenario.soil->container;
+  std::vector<dem::PlacedFibre> taken;
+  const std::vector<FibreGroup> groups = fibre_groups(loaded_.scenario);
+  for (std::size_t k = 0; k < groups.size(); ++k) place_group(groups[k], k, taken, container ? container->at.y : 0);
+}
+
+std::vector<dem::FibrePose> FibreCover::place_group(const FibreGroup& group, std::size_t index,
+                                                    std::vector<dem::PlacedFibre>& taken, double top) const {
+  try {
+    std::vector<dem::FibrePose> poses = place(loaded_.scenario.soil->bed->fibres[index], group, index, taken, top);
+    for (const dem::FibrePose& pose : poses) taken.push_back({group.shape, pose});
+    return poses;
+  } catch (const std::invalid_argument& error) {
+    throw ScenarioError(loaded_.where("soil.bed.fibres." + group.name) + ": " + error.what());
+  }
 }
 
 std::vector<dem::FibrePose> FibreCover::place(const FibreSection& f, const FibreGroup& group, std::size_t index,

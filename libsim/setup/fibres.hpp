@@ -50,8 +50,13 @@ class FibreCover final : public dem::BedCover {
       : world_(world), loaded_(loaded), raise_(std::move(raise)) {}
   Laid lay(dem::Bed& bed, std::uint32_t first) override;
   void laid(const Laid& what) override;
+  /// Throws ScenarioError where the fibres have no room, whatever the bed below them is like.
+  void refuse_without_room() const;
 
  private:
+  /// All of a group, which become part of `taken`.
+  std::vector<dem::FibrePose> place_group(const FibreGroup& group, std::size_t index,
+                                          std::vector<dem::PlacedFibre>& taken, double top) const;
   std::vector<dem::FibrePose> place(const FibreSection& f, const FibreGroup& group, std::size_t index,
                                     const std::vector<dem::PlacedFibre>& taken, double top) const;
   std::size_t make_room(dem::Bed& bed, const dem::FibreShape& shape, const std::vector<dem::FibrePose>& poses) const;

@@ -738,7 +738,7 @@ void SoilBuilder::settle(double step) {
   std::optional<CompactionPlate> plate;
   if (s.pressure) plan.compaction.load = &plate.emplace(*world_.bed, plate_, *s.pressure, step);
   FibreCover cover(world_, loaded_, [this](double height) { raise_walls(height); });
-  if (has_fibres()) plan.cover = &cover;
+  if (has_fibres()) cover.refuse_without_room(), plan.cover = &cover;
   plan.from = options_.settling;
   plan.keep_due = options_.keep_settling_due;
   if (options_.keep_settling)

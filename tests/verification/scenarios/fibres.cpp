@@ -357,5 +357,22 @@ TEST(FibresOfAScenario, RefusesWhatCannotBe) {
   EXPECT_PRED2(holds, refusal({"soil.bed.fibres=~"}), "joins the spheres of a fibre");
 }
 
+/// Not after a bed has settled for minutes.
+TEST(FibresOfAScenario, AreRefusedBeforeTheBedSettles) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(pass(kLinear));
+  const auto settles = [&](const std::vector<std::string>& sets) {
+    int reports = 0;
+    const std::string text = subsoil::test::message_of([&] {
+      build_world(load_scenario(file, sets), {.threads = 1, .progress = [&](double, double) { return ++reports < 3; }});
+    });
+    return std::pair(reports, text);
+  };
+  EXPECT_GT(settles({}).first, 0);
+  const auto [reports, text] = settles({"soil.bed.fibres.straw.length=400 mm"});
+  EXPECT_EQ(reports, 0);
+  EXPECT_NE(text.find("find no room"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace subsoil::sim::fibres
