@@ -46,7 +46,8 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, Stepper& stepp
       steps_(stepper.steps()) {
   if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
   output_.crossings = std::make_unique<Crossings>(loaded_, output_.columns);
-  output_.close = std::max(stepper_.close(), 1e-15 * s_.time.end);
+  // A run shorter than a step has an end of its own.
+  output_.close = std::max(std::min(stepper_.close(), 1e-3 * s_.time.end), 1e-15 * s_.time.end);
   output_.warn = [this](const std::string& text) { warn(text); };
   if (saved && request_.changes.empty()) physics_.take_up(*saved);
   if (goes_on) go_on_ = &*saved->progress;
