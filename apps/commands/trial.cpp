@@ -100,7 +100,8 @@ class Rehearsal {
         row_(columns_.list().size(), 0.0),
         series_(scratch_.path / "series.csv", columns_.list(), world.bed ? 9 : csv::exact_digits),
         rows_due_(s_.output.row_interval(), s_.output.series_at, 0),
-        steps_(std::max(1L, static_cast<long>(std::ceil(s_.time.end / simulation_.step_length() - 1e-6)))),
+        steps_(std::max(1L, static_cast<long>(std::ceil(s_.time.end / simulation_.window_length() - 1e-6))) *
+               std::lround(simulation_.window_length() / simulation_.step_length())),
         frames_once_(Clock::now()),
         frames_(scratch_.path, s_, world_, simulation_) {
     const Crossings refuses_what_it_cannot_watch(loaded, columns_);

@@ -349,9 +349,14 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
     }
   }
   if (text.empty()) return;
+  std::string open;
+  for (const auto& e : system.model().events)
+    if (e.element.does == JointEvent::Does::closes && !system.open_joints()[e.element.index])
+      open =
+          ", or let joint '" + e.element.joint + "', which begins closed, be open: `joint starts: open` at its event";
   throw ModelFault(first, "the joints do not allow the start that is given: " + text + ". Correct it, or write `" +
                               (moved ? "pose is: about" : "velocity is: about") +
-                              "` at the body to let the program change it");
+                              "` at the body to let the program change it" + open);
 }
 
 }  // namespace subsoil::mbd

@@ -48,6 +48,10 @@ std::vector<Vec2> checked_corners(const Outline::Points& points) {
   if (const std::size_t i = crossing_side(p); i > 0)
     throw std::invalid_argument("side " + std::to_string(i) +
                                 " of the polygon meets another side; list its corners once around in order");
+  double around = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) around += length(p[(i + 1) % p.size()] - p[i]);
+  if (!(std::abs(twice_area(p)) > 1e-12 * around * around))
+    throw std::invalid_argument("the polygon's corners lie on one line, so that it has no inside; move one of them");
   if (twice_area(p) < 0) std::reverse(p.begin(), p.end());
   return p;
 }

@@ -160,11 +160,14 @@ ParametersInScope::~ParametersInScope() {
 void add_parameter(const std::string& name, const Amount& amount) {
   if (name_at(name) != name)
     throw UnitError("a parameter's name is a letter followed by letters, digits and _: it stands in arithmetic");
-  const auto holds = [&](const auto& list) { return std::find(list.begin(), list.end(), name) != list.end(); };
-  if (holds(common_units)) throw UnitError(fmt::format("`{}` is a unit; take a longer name for the parameter", name));
+  if (is_common_unit(name)) throw UnitError(fmt::format("`{}` is a unit; take a longer name for the parameter", name));
   if (is_formula_function(name) || is_formula_constant(name))
     throw UnitError(fmt::format("`{}` is a function or constant; take another name", name));
   if (parameters) (*parameters)[name] = {amount};
+}
+
+bool is_common_unit(std::string_view name) {
+  return std::find(common_units.begin(), common_units.end(), name) != common_units.end();
 }
 
 bool has_parameters() { return parameters && !parameters->empty(); }

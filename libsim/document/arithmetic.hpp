@@ -37,6 +37,9 @@ class ParametersInScope {
 /// function.
 void add_parameter(const std::string& name, const Amount& amount);
 
+/// Whether scenarios are written in this unit, so that no parameter has its name.
+bool is_common_unit(std::string_view name);
+
 bool has_parameters();
 /// Whether a parameter in scope stands in `text`.
 bool names_parameter(std::string_view text);

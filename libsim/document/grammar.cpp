@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "libsim/base/problems.hpp"
+#include "libsim/document/arithmetic.hpp"
 #include "libsim/document/characters.hpp"
 
 namespace subsoil::sim {
@@ -227,6 +228,8 @@ class FormulaReader {
     if (language_.units) {
       known.insert(known.end(), {"pi", "e"});
       known.insert(known.end(), language_.names.begin(), language_.names.end());
+      if (is_common_unit(word))
+        throw UnknownName(fmt::format("`{}` is a unit, and stands behind a number; no parameter has its name", word));
       throw UnknownName(fmt::format("`{}` is no parameter{}", word, suggestion(std::string(word), known)));
     }
     throw UnknownName(fmt::format("`{}` is no name of a formula in {}{}", word, fmt::join(language_.names, ", "),

@@ -150,7 +150,8 @@ void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
   for (const dem::Sphere& one : world.bed->spheres())
     lowest = std::min(lowest, one.x.y - one.r), radius = std::max(radius, one.r);
   const bool open_below = s.soil->container && s.soil->container->open[2];
-  if (s.soil->container && !open_below && s.soil->bed->fill == Fill::file && acts_down(s.gravity)) {
+  const double gravity = dem::norm(s.gravity), rest = std::sqrt(0.2 * gravity * radius);
+  if (s.soil->container && !open_below && s.soil->bed->fill == Fill::file && gravity > 0 && acts_down(s.gravity)) {
     const double gap = lowest - s.soil->container->at.y - world.container_shift;
     if (gap > radius)
       out.push_back(fmt::format(
@@ -158,7 +159,6 @@ void look_at_rest(const Loaded& loaded, const World& world, Texts& out) {
           "where the bed was saved",
           loaded.where("soil.bed.file"), gap * 1e3));
   }
-  const double gravity = dem::norm(s.gravity), rest = std::sqrt(0.2 * gravity * radius);
   if (world.soil.settled_for > 0 && !world.soil.stopped && gravity > 0 && world.soil.rms_speed > rest)
     out.push_back(
         fmt::format("{}: the bed is not at rest when the run begins: rms speed {:.3g} m/s, above {:.3g} m/s, "

@@ -90,10 +90,13 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::energy(const World& world, co
   said_closure_ = true;
   return Finding{
       fmt::format("the energy balance of the soil is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved{}; "
-                  "contacts are not resolved: {}",
+                  "contacts are not resolved{}",
                   off, std::abs(off) / scale, scale,
                   stops ? fmt::format(", above limits.soil energy = {:g}", s_.limits.soil_energy) : "",
-                  s_.time.soil_step ? "leave out `time.soil step`, or shorten it" : "give a smaller `time.accuracy`"),
+                  s_.output.sample_losses_every > 1
+                      ? ", or samples of the losses miss too much: leave out `output.sample losses every`"
+                  : s_.time.soil_step ? ": leave out `time.soil step`, or shorten it"
+                                      : ": give a smaller `time.accuracy`"),
       stops};
 }
 

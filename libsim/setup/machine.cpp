@@ -204,6 +204,17 @@ void extend_motions(const Scenario& s, mbd::Model& model) {
         driver.element);
 }
 
+/// Whether f grows on as the instant of the jump is approached, in a run of that length: by a factor with each power of
+/// 10 that it is nearer, which no corner does.
+bool has_pole(const mbd::Function& f, const mbd::Jump& jump, double length) {
+  constexpr double factor = 5;
+  const auto size = [&](double share) {
+    const double t = jump.time - share * length;
+    return std::abs(jump.of_rate ? f.first(t) : f.value(t));
+  };
+  return size(1e-4) > factor * size(1e-3) && size(1e-5) > factor * size(1e-4);
+}
+
 /// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump.
 void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
   const Scenario& s = loaded.scenario;
@@ -214,6 +225,11 @@ void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
     const std::string size =
         fmt::format("jumps by {:.4g} {} at t = {:.6g} s, from {:.4g} to {:.4g} {}", std::abs(jump.after - jump.before),
                     unit, jump.time, jump.before, jump.after, unit);
+    if (has_pole(f, jump, s.time.end - model.start_time))
+      throw ScenarioError(
+          fmt::format("{}: grows without limit near t = {:.4g} s; take a function that is finite until "
+                      "time.end = {:.6g} s, or end the run before",
+                      loaded.where(path), jump.time, s.time.end));
     std::string cure = "let a `ramp` of some milliseconds lead from one to the other";
     if (const auto* table = table_with_end(f, jump.time))
       cure = std::abs(table->times.back() - jump.time) < 1e-6

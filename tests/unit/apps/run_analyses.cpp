@@ -41,6 +41,97 @@ TEST(Equilibrium, FrictionHoldsUpToItsLimit) {
         << analysis;
 }
 
+/// A block of 10 kg on two corners, that do not overlap at the start, is pushed by 10 N of the 49 N that friction
+/// holds.
+constexpr const char* pushed = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {a: {mass: 10 kg, inertia: 1 kg m^2, at: 0 0.05 m}}
+  forces:
+    l: {line contact: [ground, a], points: [0 0 m, -0.2 -0.05 m], along: 1 0, stiffness: 1e6 N/m^1.5, restitution: 0.3, friction: 0.5, stick stiffness: 1e6 N/m}
+    r: {line contact: [ground, a], points: [0 0 m, 0.2 -0.05 m], along: 1 0, stiffness: 1e6 N/m^1.5, restitution: 0.3, friction: 0.5, stick stiffness: 1e6 N/m}
+    p: {force: a, along x: 10 N}
+time: {end: 0.5 s}
+output: {series every: 10 ms}
+)";
+
+/// Each corner obeys its law at the pose that is found: k times its own way along the line, k d^1.5 of its depth. Steps
+/// of the search keep the way to 1e-9 m, 1e-3 N of it.
+void expect_held(const Series& s, double x, double y, double angle, const std::string& contact, double corner) {
+  const double c = std::cos(angle), i = std::sin(angle);
+  const double along = x + c * corner + i * 0.05 - corner, depth = -(y + i * corner - c * 0.05);
+  EXPECT_NEAR(s.at(contact + ".friction").back(), -1e6 * along, 2e-3) << contact;
+  EXPECT_NEAR(s.at(contact + ".normal force").back(), 1e6 * std::pow(depth, 1.5), 1e-6) << contact;
+}
+TEST(Equilibrium, ContactsStickUpToTheirLimit) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(pushed), dir / "out", {"analysis=equilibrium"}), exit_ok);
+  EXPECT_EQ(summary_of(dir / "out")["equilibrium"]["stability"], "stable");
+  const Series s = read_series(dir / "out" / "series.csv");
+  const double x = s.at("a.x").back(), y = s.at("a.y").back(), angle = s.at("a.angle").back();
+  expect_held(s, x, y, angle, "l", -0.2), expect_held(s, x, y, angle, "r", 0.2);
+  const double left = s.at("l.normal force").back(), right = s.at("r.normal force").back();
+  EXPECT_NEAR(s.at("l.friction").back() + s.at("r.friction").back(), -10, 1e-8);
+  EXPECT_NEAR(left + right, 98.1, 1e-8);
+  // The push acts at the centre, 10 N at a height that both corners share but for the turn.
+  const double arm = 0.2 * std::cos(angle), height = 0.05 * std::cos(angle), slant = 0.2 * std::sin(angle);
+  const double turning = right * (arm + 0.05 * std::sin(angle)) - left * (arm - 0.05 * std::sin(angle)) +
+                         s.at("l.friction").back() * (height + slant) + s.at("r.friction").back() * (height - slant);
+  EXPECT_NEAR(turning, 0, 1e-7);
+}
+
+/// Dynamics from there keeps the pose. Begun 1 mm deep the block rests as well, on its way up.
+TEST(Equilibrium, ContactsThatStickStayAtRest) {
+  for (const char* height : {"0.05", "0.049"}) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(pushed), dir / "out",
+                           {"machine.start={towing equilibrium: 0 m/s}",
+                            std::string("machine.bodies.a.at=[0 m, ") + height + " m]"}),
+              exit_ok);
+    const Series s = read_series(dir / "out" / "series.csv");
+    for (const char* column : {"a.x", "a.y", "a.angle"}) EXPECT_NEAR(s.at(column).back(), s.at(column)[0], 1e-9);
+  }
+}
+
+/// A slope of 20 degrees: sticks at mu = 0.5 with m g sin 20 as friction, not at 0.3 < tan 20. Friction that fades at
+/// rest holds nothing, and the refusal says what does.
+TEST(Equilibrium, ContactsStickOnASlope) {
+  constexpr const char* slope = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {a: {mass: 10 kg, inertia: 1 kg m^2, at: [-0.017101007166283436 m, 0.04698463103929543 m], angle: 20 deg}}
+  forces:
+    l: {line contact: [ground, a], points: [0 0 m, -0.2 -0.05 m], along: 0.9396926207859084 0.3420201433256687, stiffness: 1e6 N/m^1.5, friction: 0.5, stick stiffness: 1e6 N/m}
+    r: {line contact: [ground, a], points: [0 0 m, 0.2 -0.05 m], along: 0.9396926207859084 0.3420201433256687, stiffness: 1e6 N/m^1.5, friction: 0.5, stick stiffness: 1e6 N/m}
+)";
+  const double angle = std::numbers::pi / 9;
+  EXPECT_NEAR(found(slope, "l.friction") + found(slope, "r.friction"), 98.1 * std::sin(angle), 1e-6);
+  EXPECT_NEAR(found(slope, "l.normal force") + found(slope, "r.normal force"), 98.1 * std::cos(angle), 1e-6);
+  const std::string steep =
+      refusal(slope, {"analysis=equilibrium", "machine.forces.l.friction=0.3", "machine.forces.r.friction=0.3"});
+  EXPECT_TRUE(holds(steep, "the pose found is no rest: there body 'a'")) << steep;
+  std::string without = slope;
+  for (const std::string key = ", stick stiffness: 1e6 N/m"; without.find(key) != std::string::npos;)
+    without.erase(without.find(key), key.size());
+  const std::string fading = refusal(without, {"analysis=equilibrium"});
+  EXPECT_TRUE(holds(fading, "give the friction of 'l', 'r' a `stick stiffness`")) << fading;
+}
+
+/// Oil that a closed valve locks in: V = V_0 exp(-p/beta) at the pressure that bears the load, while the rod side is
+/// fed from the tank. Steps of the search are solved to 1e-10 m.
+TEST(Equilibrium, LockedOilHasThePressureOfItsVolume) {
+  constexpr const char* jack = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {a: {mass: 1000 kg, inertia: 10 kg m^2, at: 0 1 m}}
+  joints: {g: {translational: [ground, a], at: 0 1 m, along: 0 1}}
+  forces: {c: {hydraulic cylinder: [ground, a], ends: [0 0 m, 0 1 m], bore: 50 mm, rod: 30 mm, closed length: 0.8 m, stroke: 0.5 m, supply pressure: 20 MPa, rated flow: 40 l/min, valve: 0}}
+)";
+  const double area = std::numbers::pi / 4 * 0.05 * 0.05, pressure = 9810 / area, dead = 0.1 * 0.5;
+  EXPECT_NEAR(found(jack, "a.y"), 1 - (dead + 0.2) * -std::expm1(-pressure / 1.4e9), 1e-9);
+  EXPECT_NEAR(found(jack, "c.pressure a"), pressure, 1e-6 * pressure);
+}
+
 /// A pin that shears at 5 N and would bear 2 * 9.81/2 N.
 constexpr const char* shear_pin = R"(subsoil: 1
 gravity: 9.81 m/s^2
@@ -136,6 +227,49 @@ time: {end: 20 ms}
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(pole), dir / "out"), exit_failed);
   EXPECT_TRUE(holds(summary_of(dir / "out")["run"]["failure"], "steps did not reach 0.01 s"));
+}
+
+/// Shorter than a step: its last row is of its end still.
+TEST(ShortRuns, EndWithARow) {
+  constexpr const char* falls = R"(subsoil: 1
+machine: {bodies: {a: {mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m}}}
+time: {end: 1e-12 s}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(falls), dir / "out"), exit_ok);
+  const Series series = read_series(dir / "out" / "series.csv");
+  EXPECT_EQ(series.at("time").back(), 1e-12);
+  EXPECT_NEAR(series.at("a.vy").back(), -9.81e-12, 1e-17);
+}
+
+/// What is wrong, and what mends it.
+TEST(MachineRefusals, NameTheCause) {
+  constexpr const char* machine = R"(subsoil: 1
+parameters: {lever: 1 m}
+machine:
+  bodies: {a: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m, angular velocity: 10 rad/s}, b: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m}}
+  joints: {A: {revolute: [ground, a], at: 0 0 m}, B: {revolute: [ground, b], at: 0 0 m}}
+time: {end: 1 s}
+)";
+  const auto refused = [&](const std::vector<std::string>& sets) { return refusal(machine, sets); };
+  EXPECT_EQ(refused({}), "accepted");
+  const std::string clutch =
+      refused({"machine.joints.cl={fixed: [a, b], at: 0 0 m}", "machine.bodies.b.angular velocity=-5 rad/s",
+               "machine.events={on: {closes: cl, at: 0.5 s}, off: {opens: cl, at: 0.8 s}}"});
+  EXPECT_TRUE(holds(clutch, "let joint 'cl', which begins closed, be open: `joint starts: open` at its event"))
+      << clutch;
+  const std::string pole =
+      refused({"machine.drivers={d: {angle: [ground, b], position: {expression: 1/(t-0.51), unit: rad}}}"});
+  EXPECT_TRUE(holds(pole, "grows without limit near t = 0.51 s")) << pole;
+  const std::string corner =
+      refused({"machine.drivers={d: {angle: [ground, b], position: {expression: abs(t-0.51), unit: rad}}}"});
+  EXPECT_TRUE(holds(corner, "its rate jumps by 2 rad/s")) << corner;
+  const std::string line = refused(
+      {"machine.forces={c: {outline contact: [ground, b], first: {flat: 0 -0.15 m}, second: {polygon: [-0.1 -0.1 m, "
+       "0.1 -0.1 m, 0 -0.1 m]}, stiffness: 100 kN/m, n: 1}}"});
+  EXPECT_TRUE(holds(line, "the polygon's corners lie on one line")) << line;
+  const std::string unit = refused({"machine.bodies.b.mass=(2*ms) kg"});
+  EXPECT_TRUE(holds(unit, "`ms` is a unit, and stands behind a number; no parameter has its name")) << unit;
 }
 
 /// A driver that sets out from rest without gravity: its first millijoules are no reason to stop.
