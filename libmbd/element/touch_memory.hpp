@@ -60,9 +60,9 @@ class ContactMemory {
       t = {};
     return {strain, true};
   }
-  bool follow_touches(const Scene& scene, double close, bool anew) {
+  bool follow_touches(const Scene& scene, double close, bool from_here) {
     if (!contact_.law.can_stick()) return false;
-    if (anew) contact_.touches.assign(contact_.gap_count(), Touch{});
+    if (from_here) contact_.touches.assign(contact_.gap_count(), Touch{});
     bool changed = false;
     for (std::size_t k = 0; k < contact_.touches.size(); ++k) {
       const bool near = contact_.place(scene, k).point.gap < close;

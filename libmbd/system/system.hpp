@@ -206,8 +206,8 @@ class System {
   /// 1 for bodies (from the first) whose angular velocity in a tow a force gives.
   std::vector<char> towed_spins() const;
   /// In statics: contacts whose gap is below `close` (m) touch, and stick from there on; others part. True where any
-  /// has changed. @param anew all begin at the state set last
-  bool follow_touches(double close, bool anew = false);
+  /// has changed. @param from_here all begin at the state set last
+  bool follow_touches(double close, bool from_here = false);
   /// Forces with friction that fades at rest, by name: it holds nothing there.
   std::vector<std::string> creeping() const;
   /// Tells a force that its friction at a place changes, at the state set last.

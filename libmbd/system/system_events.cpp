@@ -112,12 +112,12 @@ Changeover System::touch(std::size_t force, std::size_t place, bool closes) {
       model_.forces[force].element);
 }
 
-bool System::follow_touches(double close, bool anew) {
+bool System::follow_touches(double close, bool from_here) {
   bool changed = false;
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
     auto&& memory = remembering(*placed.element);
-    if constexpr (requires { memory.follow_touches(scene(), close, anew); })
-      changed = memory.follow_touches(scene(), close, anew) || changed;
+    if constexpr (requires { memory.follow_touches(scene(), close, from_here); })
+      changed = memory.follow_touches(scene(), close, from_here) || changed;
   });
   return changed;
 }

@@ -185,10 +185,12 @@ void extend_motions(const Scenario& s, mbd::Model& model) {
     visit(
         [&](auto& d) {
           const mbd::Motion& m = d.motion;
-          const double behind = end + rounding * std::max(std::abs(end), span);
+          const double apart = rounding * std::max(std::abs(end), span);
           const auto changes = [&](double (mbd::Motion::*part)(double) const, double size) {
             try {
-              return !(std::abs((m.*part)(behind) - (m.*part)(end)) <= smooth * size);
+              // A smooth motion changes alike on both sides.
+              const double before = (m.*part)(end - apart), now = (m.*part)(end), behind = (m.*part)(end + apart);
+              return !(std::abs(behind - 2 * now + before) <= smooth * size);
             } catch (const std::exception&) {
               return true;  // a formula without a value
             }
