@@ -14,17 +14,19 @@ namespace {
 /// origin, are off by some hundred roundings still do. A bond of this stretch bears a billionth of its modulus.
 constexpr double kTouching = 1e-9;
 
-/// What the contact stores that replaces a broken bond, J: its spring was not there in the step before.
-double stored_in_contact(const Law& law, const Sphere& a, const Sphere& b, double overlap) {
+/// What the contact stores that replaces a broken bond, and loses as it comes into being, J: it was not there in the
+/// step before.
+double taken_by_contact(const Law& law, const Sphere& a, const Sphere& b, double overlap) {
   if (!law->bond()->replaces_contact()) return 0;
   double memory[kOwnMemory] = {};
   const Approach<double> touch{.overlap = overlap,
                                .rate = 0,
                                .root_m = std::sqrt(a.m * b.m / (a.m + b.m)),
                                .r_eff = a.r * b.r / (a.r + b.r),
-                               .elapsed = 0,
+                               .elapsed = 1,
                                .per_sum = 1 / (a.r + b.r)};
-  return law->normal(touch, memory).stored;
+  const NormalForce<double> contact = law->normal(touch, memory);
+  return contact.stored + contact.lost;
 }
 
 }  // namespace
@@ -101,7 +103,7 @@ void Bonds::record_run(const PairRun& run, double time, ContactStore& contacts, 
     const double distance = norm(apart);
     const bool tension = bond.state < kBrokeInShear;
     ++(tension ? count.broken_in_tension : count.broken_in_shear);
-    const double energy = bond.released - stored_in_contact(laws[run.law], a, b, a.r + b.r - distance);
+    const double energy = bond.released - taken_by_contact(laws[run.law], a, b, a.r + b.r - distance);
     lost += energy;
     broken.push_back({.time = time,
                       .ids = {std::min(a.id, b.id), std::max(a.id, b.id)},

@@ -10,7 +10,15 @@ template <class Normal>
 struct Bonded : Normal {
   static constexpr bool bonds = true;
   double pair_cutoff(double largest_radius) const {
-    return std::max(Normal::cutoff(), this->bond.cutoff(largest_radius));
+    return std::max(contact_cutoff(0.5 * largest_radius), this->bond.cutoff(largest_radius));
+  }
+
+ private:
+  double contact_cutoff(double r_eff) const {
+    if constexpr (Normal::has.cutoff_by_radius)
+      return Normal::cutoff(r_eff);
+    else
+      return Normal::cutoff();
   }
 };
 

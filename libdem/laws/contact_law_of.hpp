@@ -68,8 +68,9 @@ struct ParameterCheck {
 /// Throws std::invalid_argument for what a bond cannot have beside it.
 template <class Normal>
 void refuse_beside_bond(const Normal& law) {
-  if (law.cohesion.acts())
-    throw std::invalid_argument("a bond and cohesion in one law: not offered; leave one of them out");
+  if constexpr (requires { law.cohesion; })
+    if (law.cohesion.acts())
+      throw std::invalid_argument("a bond and cohesion in one law: not offered; leave one of them out");
   // Of a stretched pair moment arms of the radius would not reach the bond: torques would not balance.
   if (law.friction.moment_arm != MomentArm::mid_overlap || law.friction.slip_moment_arm != SlipMomentArm::as_force)
     throw std::invalid_argument(

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "libdem/laws/adhesive_friction.hpp"
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/elastic_pair.hpp"
 #include "libdem/laws/friction.hpp"
@@ -48,6 +49,7 @@ struct Eepa {
   double restitution = left_out;
   double stiffness_ratio = 2.0 / 7.0;
   AdhesiveLimit limit = AdhesiveLimit::force_plus_adhesion;
+  Bond bond;
   Friction friction;
 
   template <class V>
@@ -69,6 +71,7 @@ struct Eepa {
                "for no damping use 1");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal loading stiffness");
     dem::describe(v, limit);
+    bond.describe(v);
     friction.describe(v);
   }
 
@@ -86,6 +89,7 @@ struct Eepa {
     if (std::isnan(w) == std::isnan(adhesive_ratio))
       throw std::invalid_argument("needs either surface energy or adhesive ratio; for no adhesion adhesive ratio: 0");
     Eepa law = *this;
+    law.bond = bond.completed();
     if (std::isnan(law.chi)) law.chi = n;
     if (std::isnan(w) && law.chi != n)
       throw std::invalid_argument("the adhesive ratio holds for chi = n; leave chi out, or give the surface energy");

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "libdem/impact/hunt_crossley.hpp"
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/cohesion.hpp"
 #include "libdem/laws/elastic_pair.hpp"
 #include "libdem/laws/friction.hpp"
@@ -26,6 +27,7 @@ struct HuntCrossley {
   double E_eff = std::numeric_limits<double>::quiet_NaN();
   double stiffness_ratio = 2.0 / 7.0;
   Cohesion cohesion;
+  Bond bond;
   Friction friction;
 
   template <class V>
@@ -36,6 +38,7 @@ struct HuntCrossley {
               "effective Young's modulus, when c is left out; left out: from both materials' young and poisson");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
     cohesion.describe(v);
+    bond.describe(v);
     friction.describe(v);
   }
 
@@ -49,6 +52,7 @@ struct HuntCrossley {
   HuntCrossley resolved() const {
     HuntCrossley law = *this;
     law.cohesion = cohesion.completed();
+    law.bond = bond.completed();
     law.impact = impact.completed();
     return law;
   }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/cohesion.hpp"
 #include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/friction.hpp"
@@ -38,6 +39,7 @@ struct Hysteretic {
   Residual residual = Residual::follows;
   bool clip = false;
   Cohesion cohesion;
+  Bond bond;
   Friction friction;
 
   template <class V>
@@ -57,6 +59,7 @@ struct Hysteretic {
              "below the residual overlap: it goes back with the overlap (EDEM), or stays until the contact opens");
     v.flag("clip attraction", clip, "cut the normal force off at zero where the dashpot would pull");
     cohesion.describe(v);
+    bond.describe(v);
     friction.describe(v);
   }
 
@@ -79,6 +82,7 @@ struct Hysteretic {
     if (K2 < K1) throw std::invalid_argument("K2 must not be below K1: unloading cannot give back more than loading");
     Hysteretic law = *this;
     law.cohesion = cohesion.completed();
+    law.bond = bond.completed();
     if (!std::isnan(K2)) law.restitution = std::sqrt(K1 / K2);
     law.K2 = left_out;
     return law;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/elastic_pair.hpp"
 #include "libdem/laws/friction.hpp"
@@ -38,6 +39,7 @@ struct Jkr : ElasticPair {
   double work = std::numeric_limits<double>::quiet_NaN();
   double restitution = std::numeric_limits<double>::quiet_NaN();
   Separation separation = Separation::rupture;
+  Bond bond;
   Friction friction;
   // Filled by resolved(): the end of the branch, x and u of below; a_0 over R^(2/3); factor of the dashpot.
   double end_x = 0, end_u = 0, scale = 0, damping = 0;
@@ -53,11 +55,13 @@ struct Jkr : ElasticPair {
                "for no damping use 1");
     v.choice("separation", separation, {{"rupture", Separation::rupture}, {"pull-off", Separation::pull_off}},
              "the neck breaks at the end of its branch, or at the maximum pull");
+    bond.describe(v);
     friction.describe(v);
   }
 
   Jkr resolved() const {
     Jkr law = *this;
+    law.bond = bond.completed();
     const double y = separation == Separation::rupture ? y_rupture : std::cbrt(0.75);
     law.end_x = y * (y * y * y - 1), law.end_u = energy_at(y);
     law.scale = std::cbrt(2 * std::numbers::pi * work / E_eff);

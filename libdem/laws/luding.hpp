@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "libdem/laws/adhesive_friction.hpp"
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/damping_ratio.hpp"
 #include "libdem/laws/friction.hpp"
 
@@ -36,6 +37,7 @@ struct Luding {
   double stiffness_ratio = 2.0 / 7.0;
   Unloading unloading = Unloading::grows;
   AdhesiveLimit limit = AdhesiveLimit::force_plus_adhesion;
+  Bond bond;
   Friction friction;
 
   template <class V>
@@ -53,6 +55,7 @@ struct Luding {
     v.choice("unloading stiffness", unloading, {{"grows", Unloading::grows}, {"constant", Unloading::constant}},
              "from k1 to k2 with the maximum overlap (Luding), or k2 always");
     dem::describe(v, limit);
+    bond.describe(v);
     friction.describe(v);
   }
 
@@ -61,7 +64,9 @@ struct Luding {
     if (!(k2 > k1)) throw std::invalid_argument("k2 must be above k1; for a contact without plasticity take `linear`");
     if (std::isnan(damping) == std::isnan(restitution))
       throw std::invalid_argument("needs either damping or restitution; for no damping restitution: 1");
-    return *this;
+    Luding law = *this;
+    law.bond = bond.completed();
+    return law;
   }
   /// Takes a share of the attraction, while a bed settles.
   void weaken(double share) { k_c *= share; }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "libdem/impact/energy_equivalent.hpp"
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/elastic_pair.hpp"
 #include "libdem/laws/friction.hpp"
 
@@ -34,6 +35,7 @@ struct VariableRestitution {
   impact::EnergyEquivalent map;
   double largest = 1;
   double stiffness_ratio = 2.0 / 7.0;
+  Bond bond;
   Friction friction;
 
   template <class V>
@@ -47,6 +49,7 @@ struct VariableRestitution {
     v.quantity("maximum restitution", largest, "1", "(0, 1]", "upper bound of Ce");
     v.flag("clip attraction", clip, "cut the normal force off at zero while separating (restitution then exceeds Ce)");
     v.quantity("stiffness ratio", stiffness_ratio, "1", "[0, inf)", "tangential over normal stiffness");
+    bond.describe(v);
     friction.describe(v);
   }
 
@@ -76,6 +79,7 @@ struct VariableRestitution {
     if ((part == Normal::linear) == std::isnan(k_n))
       throw std::invalid_argument("k_n belongs to `normal: linear` and is needed there; hertz takes E_eff");
     VariableRestitution law = *this;
+    law.bond = bond.completed();
     if (!needs_materials()) law.map.lambda_c = map.critical_lambda({.E_eff = E_eff});
     return law;
   }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/laws/friction.hpp"
 
 /// Wet-particle law (Yuan & Yu 2020, doi:10.6041/j.issn.1000-1298.2020.S1.003, equations (12) to (21), with (17) and
@@ -42,6 +43,7 @@ struct Wet {
   double K_C = required;  ///< left out: from continuity
   Damping damping = Damping::repulsion;
   FrictionLimit limit = FrictionLimit::signed_force;
+  Bond bond;
   Friction friction;
 
   template <class V>
@@ -65,6 +67,7 @@ struct Wet {
               {"elastic-force", FrictionLimit::elastic_force},
               {"repulsion-only", FrictionLimit::repulsion_only}},
              "what friction and rolling are limited by under attraction");
+    bond.describe(v);
     friction.describe(v);
   }
 
@@ -78,6 +81,7 @@ struct Wet {
     if (values == Values::per_body)
       for (double* value : {&law.K_X, &law.C_X, &law.K_Y, &law.C_Y, &law.K_B, &law.K_C}) *value /= 2;
     law.values = Values::pair;
+    law.bond = bond.completed();
     return law;
   }
 

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <type_traits>
+#include <variant>
 
+#include "libdem/law_list.hpp"
 #include "libdem/step/stability.hpp"
 #include "tests/tools/attraction.hpp"
 #include "tests/tools/message_of.hpp"
@@ -276,6 +279,137 @@ TEST(Fibre, ABrokenBondHandsOverToTheContact) {
   EXPECT_GT(norm(sphere(bed, 1).v), 0.01) << "the contact pushes them apart";
   // The first step is of first order.
   EXPECT_NEAR(bed.energy().total(), start, 0.02 * 0.5 * kE * kArea / kD * 1e-10);
+}
+
+// ---- every contact law ---------------------------------------------------------------------------------------------
+
+/// Examples of all laws with the bonds of a fibre.
+template <class... L>
+std::vector<Law> with_bonds(const Bond& bond, std::type_identity<std::variant<L...>>) {
+  const auto with_bond = [&](auto example) {
+    example.bond = bond;
+    return Law(example);
+  };
+  return {with_bond(L::example())...};
+}
+std::vector<Law> every_law_with(const Bond& bond) { return with_bonds(bond, std::type_identity<GivenLaw>{}); }
+
+/// Neighbours in a fibre feel the bond and nothing else, whatever attraction or residual overlap the contact would
+/// have: pressed together by x they resist by E A x/d, pulled apart likewise.
+TEST(FibreOfEveryLaw, ABondReplacesTheContact) {
+  const FibrePose pose{{0, 0, 0}, {1, 0, 0}};
+  for (const Law& law : every_law_with(straw().bond)) {
+    SCOPED_TRACE(law->name());
+    for (const double by : {0.0, 1e-6, -1e-6}) {
+      Bed bed(table(law), quiet());
+      Bed::State state = fibres_at(shape_of(2), {&pose, 1}, 0);
+      state.spheres[1].x.x -= by;
+      bed.insert(state);
+      const Snapshot now = observe(bed, 1e-9);
+      EXPECT_NEAR(-now.force[0].x, kE * kArea * by / kD, 1e-9 * kE * kArea * 1e-6 / kD);
+      EXPECT_EQ(now.contacts[0], 0);
+      EXPECT_EQ(now.bonds[0], 1);
+    }
+  }
+}
+
+/// Shears off under pressure: the contact takes over, and the balance keeps what bond, contact, friction and plasticity
+/// held and lost, to a share of what the bond held or the contact turns over. The step that breaks is of first order.
+TEST(FibreOfEveryLaw, EnergyClosesAcrossABreak) {
+  const FibrePose pose{{0, 0, 0}, {1, 0, 0}};
+  Bond bond = straw().bond;
+  bond.shear = 1;
+  for (const Law& law : every_law_with(bond)) {
+    SCOPED_TRACE(law->name());
+    Bed bed(table(law), quiet());
+    bed.set_limits(500, 2);  // wet spheres of this size rest deep in each other
+    Bed::State state = fibres_at(shape_of(2), {&pose, 1}, 0);
+    state.spheres[1].x.x -= 1e-5;
+    state.spheres[1].w = {0, 10, 0};
+    bed.insert(state);
+    const double dt = 0.005 * stable(law), held = 0.5 * kE * kArea / kD * 1e-10;
+    bed.step(dt, {.energy = true});
+    const double start = bed.energy().total();
+    double turned_over = held;
+    for (int k = 0; k < 4000; ++k) {
+      bed.step(dt, {.energy = true});
+      turned_over = std::max(turned_over, bed.energy().kinetic);
+    }
+    EXPECT_EQ(bed.bonds().broken_in_shear, 1u);
+    EXPECT_NEAR(bed.energy().total(), start, 0.02 * turned_over);
+  }
+}
+
+/// Spheres that are not bonded meet as under the law without bonds, whichever kernel takes it: they approach aslant and
+/// spinning, stick or part, and meet a third. Rounding grows little in two contacts.
+TEST(FibreOfEveryLaw, SpheresWithoutABondMeetAsByTheLawAlone) {
+  const std::vector<Law> alone = every_law_with({}), bondable = every_law_with(straw().bond);
+  const auto after = [](const Law& law, Precision precision) {
+    BedOptions options = quiet();
+    options.precision = precision;
+    Bed bed(table(law), options);
+    constexpr double r = 0.01;
+    bed.add(std::vector<SphereSpec>{{.position = {0, 0, 0},
+                                     .velocity = {0.3, 0.1, 0},
+                                     .angular_velocity = {5, -20, 10},
+                                     .radius = r,
+                                     .density = 1800},
+                                    {.position = {1.81 * r, 0.2 * r, 0},
+                                     .velocity = {-0.2, 0, 0.1},
+                                     .angular_velocity = {0, 8, 0},
+                                     .radius = 0.8 * r,
+                                     .density = 1800},
+                                    {.position = {-1.4 * r, -1.45 * r, 0},
+                                     .velocity = {0.1, 0.2, 0},
+                                     .angular_velocity = {},
+                                     .radius = r,
+                                     .density = 1800}});
+    for (int k = 0; k < 2500; ++k) bed.step(2e-6, {.energy = true});
+    std::vector<double> out{bed.energy().lost.total(), bed.energy().stored};
+    for (std::uint32_t id = 0; id < 3; ++id)
+      for (int d = 0; d < 3; ++d) out.push_back(sphere(bed, id).v[d]), out.push_back(r * sphere(bed, id).w[d]);
+    return out;
+  };
+  for (std::size_t k = 0; k < alone.size(); ++k)
+    for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+      SCOPED_TRACE(alone[k]->name());
+      ASSERT_EQ(alone[k]->bond(), nullptr);
+      ASSERT_NE(bondable[k]->bond(), nullptr);
+      const std::vector<double> a = after(alone[k], precision), b = after(bondable[k], precision);
+      EXPECT_GT(a[0], 0) << "they have met";
+      for (std::size_t n = 0; n < a.size(); ++n)
+        EXPECT_NEAR(b[n], a[n], precision == Precision::doubles ? 1e-9 : 2e-4) << n;
+    }
+}
+
+/// A fibre that falls across another: the spheres that meet are not bonded with each other, and their contact is that
+/// of the law.
+TEST(FibreOfEveryLaw, FibresMeetByTheContact) {
+  for (const Law& law : every_law_with(straw().bond)) {
+    SCOPED_TRACE(law->name());
+    const std::vector<FibrePose> poses{{{0, 0, 0}, {1, 0, 0}}, {{0.5 * kD, 1.2 * kD, 0.5 * kD}, {0, 0, 1}}};
+    Bed bed(table(law), quiet());
+    bed.set_limits(500, 2);
+    Bed::State state = fibres_at(shape_of(8), poses, 0);
+    for (Sphere& s : state.spheres)
+      if (s.id >= 8) s.v.y = -0.5;
+    bed.insert(state);
+    const double dt = 0.1 * stable(law);
+    bed.step(dt, {.energy = true});
+    const double start = bed.energy().total();
+    double worst = 0, most = bed.energy().kinetic;
+    std::size_t pairs = 0;
+    for (long k = 0; k < std::lround(0.005 / dt); ++k) {
+      bed.step(dt, {.energy = k % 50 == 0});
+      if (k % 50 != 0) continue;
+      pairs = std::max(pairs, bed.touching_pairs());
+      most = std::max(most, bed.energy().kinetic);
+      worst = std::max(worst, std::abs(bed.energy().total() - start));
+    }
+    EXPECT_GT(pairs, 0U);
+    EXPECT_EQ(bed.bonds().broken(), 0u);
+    EXPECT_LT(worst, 0.02 * most);
+  }
 }
 
 // ---- energy, damping, bits -----------------------------------------------------------------------------------------
