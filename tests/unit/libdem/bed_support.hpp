@@ -15,9 +15,11 @@ inline constexpr BedMaterial soil_material{.density = density, .material = 0};
 
 /// Table 3 of the source between particles (material 0) and at walls (material 1), in N/m.
 inline LawTable table_3() {
-  Wet pair{.K_X = 10e3, .C_X = 20, .K_Y = 8e3, .C_Y = 20, .K_B = 7e3, .dc = 2e-3, .dB = 2e-3, .friction = {}};
+  Wet pair{
+      .K_X = 10e3, .C_X = 20, .K_Y = 8e3, .C_Y = 20, .K_B = 7e3, .dc = 2e-3, .dB = 2e-3, .bond = {}, .friction = {}};
   pair.friction.mu = 0.5, pair.friction.mu_r = 0.3;
-  Wet wall{.K_X = 16e3, .C_X = 20, .K_Y = 12e3, .C_Y = 20, .K_B = 3e3, .dc = 2e-3, .dB = 2e-3, .friction = {}};
+  Wet wall{
+      .K_X = 16e3, .C_X = 20, .K_Y = 12e3, .C_Y = 20, .K_B = 3e3, .dc = 2e-3, .dB = 2e-3, .bond = {}, .friction = {}};
   wall.friction.mu = 0.5, wall.friction.mu_r = 0.3;
   return {.materials = 2, .index = {0, 1, 1, -1}, .laws = {pair, wall}};
 }
@@ -27,7 +29,7 @@ inline LawTable table_3() {
 /// weight.
 inline constexpr double soft_step = 1e-4;
 inline LawTable soft_wet() {
-  Wet law{.K_X = 4e3, .C_X = 2, .K_Y = 3e3, .C_Y = 2, .K_B = 1.5e3, .dc = 1e-3, .dB = 1e-3, .friction = {}};
+  Wet law{.K_X = 4e3, .C_X = 2, .K_Y = 3e3, .C_Y = 2, .K_B = 1.5e3, .dc = 1e-3, .dB = 1e-3, .bond = {}, .friction = {}};
   law.friction.mu = 0.5, law.friction.mu_r = 0.2;
   return {.materials = 2, .index = {0, 0, 0, -1}, .laws = {law}};
 }
