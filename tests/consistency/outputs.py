@@ -28,15 +28,6 @@ def check_against_run(case):
     return []
 
 
-@relation("machine", "soil", "coupled")
-def scenario_as_written(case):
-    """The scenario that a run writes into its results is taken as it stands."""
-    if not case.base.ended:
-        return []
-    code, out, error = case.program.command("check", case.base.folder / "scenario.yaml")
-    return [f"check of the results' scenario.yaml ends with {code}: {last_line(out + error)}"] if code == 2 else []
-
-
 @relation("soil", "coupled")
 def check_predicts(case):
     """`check` counts the spheres, the steps and the frames that a run then has, and gives the step that it takes."""
