@@ -455,7 +455,7 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
       closed = solve_balance(system, balance, found);
     } catch (const BlowUp&) {  // nothing holds it
     } catch (const std::runtime_error&) {
-      falls = ", and released there it falls into a pose from which it cannot go on";
+      falls = ", and released there it falls into a pose from which it cannot move";
     }
   }
   char residual[32];

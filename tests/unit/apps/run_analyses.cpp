@@ -245,7 +245,7 @@ time: {end: 1e-12 s}
 /// What is wrong, and what mends it.
 TEST(MachineRefusals, NameTheCause) {
   constexpr const char* machine = R"(subsoil: 1
-parameters: {lever: 1 m}
+parameters: {reach: 1 m}
 machine:
   bodies: {a: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m, angular velocity: 10 rad/s}, b: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m}}
   joints: {A: {revolute: [ground, a], at: 0 0 m}, B: {revolute: [ground, b], at: 0 0 m}}
