@@ -111,16 +111,20 @@ class Rehearsal {
   long steps() const { return steps_; }
   std::size_t columns() const { return row_.size(); }
 
-  /// s of all steps, with the rows of a machine alone: of all of them where that takes no longer than 2 s or the run is
-  /// short, else from a middle batch (so that a spell of other work is not taken for the run's own) or the mean.
+  /// s of all steps, with the rows of a machine alone: of all of them where that takes no longer than the dry run may
+  /// or the run is short, else from a middle batch (so that a spell of other work is not taken for the run's own) or
+  /// the mean. The steps of a bed cost much the same, those of a machine do not: it gets longer.
   double time_of_steps() {
+    const double at_most = world_.bed ? 0.3 : 2, of_batch = 0.1 * at_most;  // s
     std::vector<double> batches;
     const Clock::time_point start = Clock::now();
-    while (taken_ < steps_ - 1 && (taken_ < 8 || (seconds_since(start) < 2 && taken_ < 2000))) {
+    while (taken_ < steps_ - 1 && (taken_ < 8 || (seconds_since(start) < at_most && taken_ < 2000))) {
       const Clock::time_point begin = Clock::now();
       const long size = std::min(taken_ < 8 ? 4L : 20L, steps_ - 1 - taken_);
-      for (long k = 0; k < size; ++k) step({});
-      batches.push_back(seconds_since(begin) / static_cast<double>(size));
+      long count = 0;
+      do step({});
+      while (++count < size && seconds_since(begin) < of_batch);
+      batches.push_back(seconds_since(begin) / static_cast<double>(count));
     }
     const double all = seconds_since(start);
     if (batches.empty()) return 0;
@@ -147,7 +151,7 @@ class Rehearsal {
   /// frame costs as much as what is in it and grows with their number, as many as the run has.
   /// @param count frames of the run
   Frames frames(long count) {
-    constexpr long most = 200, of_bed = 3;
+    constexpr long most = 200, of_bed = 2;
     const long behind = world_.bed ? of_bed : std::clamp(count - 1, 1L, most);
     dem::Snapshot* const shot = frames_.begin(0);
     if (world_.bed) {

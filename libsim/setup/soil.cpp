@@ -816,7 +816,7 @@ void SoilBuilder::finish() {
     world_.soil.surface_mean = r.surface.mean;
     world_.soil.surface_spread = r.surface.spread;
     world_.soil.coordination = r.coordination;
-    if (settles() && acts_down(loaded_.scenario.gravity))
+    if (settles() && !is_loose() && acts_down(loaded_.scenario.gravity))
       world_.soil.by_depth = profile_by_depth(bed, measured(), world_.soil.fibres_from);
     if (!layer_.empty()) {
       const auto layers = dem::report_layers(bed.spheres(), measured(), layer_, this->bed().layers.size());
