@@ -107,7 +107,8 @@ constexpr ColumnOf<SoilAsWhole> bed[] = {
     {"soil.boundary work", "J", [](From f, Whole) { return energy(f).boundary_work; }},
     {"soil.removed", "J", [](From f, Whole) { return energy(f).removed; }},
     {"interface.on soil", "J", [](From f, Whole) { return f.simulation.interface_work().on_soil; }},
-    {"interface.on machine", "J", [](From f, Whole) { return f.simulation.interface_work().on_machine; }},
+    {"interface.on machine", "J", [](From f, Whole) { return f.simulation.interface_work().on_machine; }, false, false,
+     true},
     {"soil.fastest", "m/s", [](From f, Whole) { return f.world.bed->max_speed(); }}};
 
 double count(std::size_t n) { return static_cast<double>(n); }

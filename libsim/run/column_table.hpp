@@ -29,7 +29,8 @@ struct ColumnOf {
   const char* unit;
   double (*value)(const ColumnSources&, const Owner&);
   bool in_summary = false;
-  bool whole = false;  ///< a whole number, which has no value between two instants
+  bool whole = false;       ///< a whole number, which has no value between two instants
+  bool of_machine = false;  ///< known where the machine's windows end
 };
 
 /// The columns of all owners of one kind, in their order.

@@ -37,6 +37,7 @@ void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, c
   for (const ColumnOf<Owner>& c : family.columns) {
     const std::size_t column = add(owner.empty() ? c.name : owner + "." + c.name, c.unit, c.whole);
     if (c.in_summary) summarised_.push_back(column);
+    if (c.of_machine) of_machine_instant_.push_back(column);
     sources_[static_cast<int>(family.taken)].push_back({column, [from = ColumnSources{world_, simulation_, *buried_},
                                                                  of, value = c.value] { return value(from, of); }});
   }

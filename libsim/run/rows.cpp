@@ -5,8 +5,8 @@
 #include "libsim/run/columns.hpp"
 
 namespace subsoil::sim {
-Rows::Rows(const Columns& columns, SeriesWriter& series, double close)
-    : columns_(columns), series_(series), close_(close), means_(columns.list().size()) {
+Rows::Rows(const Columns& columns, SeriesWriter& series, double close, double machine_time)
+    : columns_(columns), series_(series), close_(close), machine_time_(machine_time), means_(columns.list().size()) {
   last_.assign(columns.list().size(), 0.0);
 }
 
@@ -19,7 +19,9 @@ void Rows::begin_instant(double t, std::span<const double> values, bool jumps) {
   now_.t = t;
   jumps_ = jumps;
   now_.values.assign(values.begin(), values.end());
-  if (!std::exchange(begun_, true)) before_ = machine_before_ = machine_now_ = now_, held_until_ = t;
+  if (std::exchange(begun_, true)) return;
+  before_ = machine_before_ = machine_now_ = now_, held_until_ = t;
+  machine_before_.t = machine_now_.t = machine_time_;
 }
 
 double Rows::share_before(const Point& before, const Point& now, double t) const {

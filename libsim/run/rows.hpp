@@ -19,7 +19,8 @@ class Columns;
 /// open or sticks are those of the nearer instant; integrals and means over time are those up to the row.
 class Rows {
  public:
-  Rows(const Columns& columns, SeriesWriter& series, double close);
+  /// @param machine_time of the instant that the machine's columns are of: the start of the window that a state lies in
+  Rows(const Columns& columns, SeriesWriter& series, double close, double machine_time);
 
   /// The instant t_n: values of all columns, what acts from then on in columns of means.
   /// @param jumps whether soil has entered or left as a block at t_n
@@ -44,7 +45,7 @@ class Rows {
 
   const Columns& columns_;
   SeriesWriter& series_;
-  double close_;
+  double close_, machine_time_;
   Point before_, now_, machine_before_, machine_now_;
   std::vector<Point> waiting_;
   IntervalMean means_;

@@ -78,7 +78,8 @@ void RunLoop::open_output() {
   for (const std::size_t c : o.columns.summarised()) summarised.push_back(o.columns.list()[c]);
   o.summary = std::make_unique<Summary>(summarised);
   summary_ = o.summary.get();
-  o.rows = std::make_unique<Rows>(o.columns, *o.series, o.close);
+  o.rows = std::make_unique<Rows>(o.columns, *o.series, o.close,
+                                  world_.machine ? world_.machine->time() : simulation_.time());
   if (world_.machine)
     for (const std::string& group : world_.machine->assembly().redundant)
       spdlog::info("{}: of their reactions those of minimum norm are reported", group);

@@ -120,7 +120,13 @@ void look_at_origin(const SavedRun& saved, const World& world, const std::filesy
 /// The step of the run that is gone on with: chosen anew it would come out otherwise, of spheres that have moved.
 void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const RunRequest& request) {
   if (!world.bed || !(saved.soil_step > 0) || loaded.scenario.time.soil_step || !request.changes.empty()) return;
-  if (!(saved.soil_step < world.step.limit.step)) return;
+  if (!(saved.soil_step < world.step.limit.step)) {
+    spdlog::warn(
+        "warning: the soil step of the state, {:.4g} s, is not stable at the speeds there: the run goes on with {:.4g} "
+        "s; give `time.soil step` to the run from its start for the same steps throughout",
+        saved.soil_step, world.step.soil_step);
+    return;
+  }
   use_soil_step(world, loaded.scenario, saved.soil_step);
 }
 

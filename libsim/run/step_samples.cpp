@@ -17,7 +17,7 @@ void StepSamples::before_step(bool spheres_changed, StepRequest& request) {
   stood_ = o_.simulation.window_begins();
   const bool window = stood_ && o_.sample_due.next() < t + o_.simulation.window_length();
   request.instant |= sample || window || o_.crossings->any() || o_.columns.needs_every_step();
-  request.energies |= sample;
+  request.energies |= sample || window;
   if (!frame) return;
   request.snapshot = o_.frames->begin(t);
   request.contacts = o_.frames->contacts();

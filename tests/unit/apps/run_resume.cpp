@@ -311,6 +311,35 @@ TEST(Resume, ACutBetweenTheLastStateAndTheSummary) {
   expect_same(dir / "whole", dir / "out");
 }
 
+/// A machine step of five soil steps: rows inside it are between its ends for all that the machine knows, the work that
+/// the interface does on it too, and are those of a run that begins at a state within it.
+TEST(Resume, RowsInsideAMachineStep) {
+  const std::vector<std::string> sets{"time.machine={soil steps per machine step: 5}", "output.series digits=all",
+                                      "output.precision=double"};
+  const RunDirectory dir;
+  const std::string file = dir.scenario(small_pass);
+  std::vector<std::string> first = sets;
+  first.emplace_back("output.state every=7 ms");
+  ASSERT_EQ(run_scenario(file, dir / "whole", first), exit_ok);
+  const Series whole = read_series(dir / "whole" / "series.csv");
+  const std::vector<double>&by_interface = whole.at("interface.on machine"),
+        &external = whole.at("energy.external work");
+  EXPECT_GT(std::abs(external.back()), 0.01);
+  for (std::size_t k = 0; k < whole.rows(); ++k)
+    ASSERT_NEAR(by_interface[k], external[k], 1e-12) << whole.at("time")[k];
+  const std::vector<std::filesystem::path> states = states_in(dir / "whole");
+  ASSERT_GT(states.size(), 6u);
+  for (std::size_t i = 1; i < 6; ++i) {
+    const auto out = dir / ("from" + std::to_string(i));
+    ASSERT_EQ(run_scenario(file, out, sets, states[i]), exit_ok);
+    const Series rest = read_series(out / "series.csv");
+    const std::size_t skipped = whole.rows() - rest.rows();
+    for (std::size_t k = 2; k < rest.rows(); ++k)  // means of the first row begin at the state
+      for (const char* column : {"time", "tine.x", "tine.vx", "tine.Fx", "energy.external work"})
+        ASSERT_EQ(rest.at(column)[k], whole.at(column)[skipped + k]) << column << " of state " << i << ", row " << k;
+  }
+}
+
 TEST(Resume, WhatIsNoRunIsRefused) {
   const RunDirectory dir;
   std::filesystem::create_directories(dir / "empty");
