@@ -29,6 +29,8 @@ class Rows {
   void add(double t);
   /// `machine_stands`: its columns are of this instant, and not of the start of a window.
   void end_instant(bool machine_stands);
+  /// Whether rows wait for the end of the machine's window.
+  bool wait() const { return !waiting_.empty(); }
   /// The row written last.
   const std::vector<double>& last() const { return last_; }
 

@@ -15,7 +15,7 @@ void StepSamples::before_step(bool spheres_changed, StepRequest& request) {
              sample = last || o_.crossings->needs_sums() || follows_sums_ || o_.sample_due.next() < next;
   o_.now.row = last || o_.sample_due.next() <= t + o_.close;
   stood_ = o_.simulation.window_begins();
-  const bool window = stood_ && o_.sample_due.next() < t + o_.simulation.window_length();
+  const bool window = stood_ && (o_.rows->wait() || o_.sample_due.next() < t + o_.simulation.window_length());
   request.instant |= sample || window || o_.crossings->any() || o_.columns.needs_every_step();
   request.energies |= sample || window;
   if (!frame) return;
