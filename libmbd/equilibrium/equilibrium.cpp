@@ -310,7 +310,8 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
     r = balance.at(found);
     const double before = size(r);
     if (before < 1e-13) break;
-    rounding = 2e-16 * k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * size.length / size.weight;
+    const double farthest = std::max(size.length, found.q.cwiseAbs().maxCoeff());  // of places
+    rounding = 2e-16 * k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * farthest / size.weight;
     Eigen::VectorXd added = Eigen::VectorXd::Zero(n);
     if (inverse_tau2 > 1e-6)
       for (Eigen::Index j = 0; j < n; ++j) added[j] = (balance.is_spin(j) ? inverse_tau : inverse_tau2) * inertia[j];

@@ -132,6 +132,21 @@ machine:
   EXPECT_NEAR(found(jack, "c.pressure a"), pressure, 1e-6 * pressure);
 }
 
+/// 1 km away rounding of the place is 1e-13 m, 3e-8 N of a stiff beam: that much may stay, and the pose is that of the
+/// origin to what it bends the beam by.
+TEST(Equilibrium, FarAwayIsThatOfTheOrigin) {
+  const auto at = [](double x) {
+    const auto place = [&](double px, double py) { return std::to_string(px + x) + " " + std::to_string(py + x / 4); };
+    return "subsoil: 1\nmachine:\n  bodies: {b: {mass: 0.8423 kg, inertia: 0.04037 kg m^2, at: " +
+           place(0.002644, 0.3734) + " m}}\n  joints: {j: {revolute: [ground, b], at: " + place(-0.063464, 0.29899) +
+           " m}}\n  forces: {f: {beam: [ground, b], ends: [" + place(-0.18888, -0.15678) + " m, " +
+           place(0.16823, 0.33046) + " m], axial stiffness: 92000 N, bending stiffness: 17 N m^2}}\n";
+  };
+  const double here = found(at(0), "b.angle");
+  EXPECT_GT(std::abs(here), 1e-4);
+  EXPECT_NEAR(found(at(1024), "b.angle"), here, 1e-11);
+}
+
 /// A pin that shears at 5 N and would bear 2 * 9.81/2 N.
 constexpr const char* shear_pin = R"(subsoil: 1
 gravity: 9.81 m/s^2
