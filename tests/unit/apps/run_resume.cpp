@@ -335,7 +335,7 @@ TEST(Resume, RowsInsideAMachineStep) {
     const Series rest = read_series(out / "series.csv");
     const std::size_t skipped = whole.rows() - rest.rows();
     for (std::size_t k = 2; k < rest.rows(); ++k)  // means of the first row begin at the state
-      for (const char* column : {"time", "tine.x", "tine.vx", "tine.Fx", "energy.external work"})
+      for (const char* column : {"time", "tine.x", "tine.vx", "tine.soil.Fx", "energy.external work"})
         ASSERT_EQ(rest.at(column)[k], whole.at(column)[skipped + k]) << column << " of state " << i << ", row " << k;
   }
 }
