@@ -90,7 +90,7 @@ class FibrePlacer {
       bool fits = true;
       const double r = 0.5 * field_.shape.diameter;
       for (int d = 0; d < 3; ++d) {
-        const double reach = r + (half_length() - r) * std::abs(pose.direction[d]);
+        const double reach = field_.cell.length[d] > 0 ? 0 : r + (half_length() - r) * std::abs(pose.direction[d]);
         const double top = d == 1 ? std::max(high_, field_.piles ? field_.region.low.y + 2.001 * reach : high_)
                                   : field_.region.high[d];
         const double room = top - field_.region.low[d] - 2 * reach;
@@ -104,11 +104,25 @@ class FibrePlacer {
 
   bool is_clear(const FibrePose& pose, const std::vector<FibrePose>& before) const {
     const double d = field_.shape.diameter, half = half_length() - 0.5 * d;
-    const auto clear_of = [&](const FibrePose& other, const FibreShape& shape) {
+    const auto clear_of_one = [&](const FibrePose& other, const FibreShape& shape) {
       const double sum = 0.5 * (d + shape.diameter) + kApart * d;
       if (norm(pose.centre - other.centre) > half_length() + 0.5 * shape.chain_length() + sum) return true;
       return axis_distance(pose, half, other, 0.5 * (shape.chain_length() - shape.diameter)) > sum;
     };
+    // With images beyond periodic sides, also of itself.
+    const auto clear_of = [&](const FibrePose& other, const FibreShape& shape) {
+      const Vec3& period = field_.cell.length;
+      const int nx = period.x > 0 ? 1 : 0, nz = period.z > 0 ? 1 : 0;
+      for (int x = -nx; x <= nx; ++x)
+        for (int z = -nz; z <= nz; ++z) {
+          if (&other == &pose && x == 0 && z == 0) continue;
+          FibrePose image = other;
+          image.centre += Vec3{x * period.x, 0, z * period.z};
+          if (!clear_of_one(image, shape)) return false;
+        }
+      return true;
+    };
+    if (!clear_of(pose, field_.shape)) return false;
     return std::all_of(before.begin(), before.end(), [&](const FibrePose& p) { return clear_of(p, field_.shape); }) &&
            std::all_of(taken_.begin(), taken_.end(), [&](const PlacedFibre& p) { return clear_of(p.pose, p.shape); });
   }
@@ -142,7 +156,7 @@ std::vector<FibrePose> place_fibres(const FibreField& field, std::span<const Pla
   const double needed = shape.chain_length() - shape.diameter;
   if (lies && field.scatter == 0 && field.orientation == FibreField::Orientation::along)
     for (int d = 0; d < 3; d += 2)
-      if (needed * std::abs(axis[d]) + shape.diameter > size[d])
+      if (!(field.cell.length[d] > 0) && needed * std::abs(axis[d]) + shape.diameter > size[d])
         throw std::invalid_argument("fibres of " + in_mm(shape.chain_length()) +
                                     " along this direction find no room in " + in_mm(size.x) + " x " + in_mm(size.z));
   // A fibre may stand: only one that lies is as long as the plan at most.

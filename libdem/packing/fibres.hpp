@@ -37,9 +37,10 @@ struct FibreField {
   Bounds region;  ///< m; along y without an upper end where they are piled up
   /// Orientation: any; in the horizontal plane; or a cone about an axis.
   enum class Orientation { random, horizontal, along } orientation = Orientation::random;
-  Vec3 axis{1, 0, 0};  ///< of `along`
-  double scatter = 0;  ///< standard deviation of the angle to the axis about either of two directions across it, rad
-  bool piles = false;  ///< fibres that find no room within the region come higher
+  Vec3 axis{1, 0, 0};   ///< of `along`
+  double scatter = 0;   ///< standard deviation of the angle to the axis about either of two directions across it, rad
+  bool piles = false;   ///< fibres that find no room within the region come higher
+  PeriodicCell cell{};  ///< along its periods, which the region spans, fibres may lie across the sides
   std::uint64_t seed = 1;
 };
 

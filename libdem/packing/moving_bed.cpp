@@ -8,6 +8,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "libdem/laws/bond.hpp"
 #include "libdem/particles/statistics.hpp"
 
 namespace subsoil::dem {
@@ -15,14 +16,22 @@ namespace {
 
 void refuse_block(const char* why) { throw std::invalid_argument(std::string("moving bed: ") + why); }
 
+/// Whether bonds form in it once the run has begun, between all that touch: also across what has come in by then.
+bool is_cemented(const Bed& bed) {
+  const std::vector<Law>& laws = bed.laws().laws;
+  return std::any_of(laws.begin(), laws.end(),
+                     [](const Law& law) { return law->bond() != nullptr && !law->bond()->replaces_contact(); });
+}
+
 }  // namespace
 
 PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
   const PeriodicCell cell = bed.options().periodic;
   if (!(cell.length.x > 0)) refuse_block("its block must be periodic along x");
-  if (bed.has_bonding_laws()) refuse_block("bonds between its blocks are not made; take a law without");
+  if (is_cemented(bed)) refuse_block("parallel bonds between its blocks are not made; take a law without");
   if (!bed.clumps().empty()) refuse_block("its block must be of spheres, not of clumps");
-  PeriodicBlock out{.low = cell.low.x, .length = cell.length.x, .state = {}, .across = {}, .stored = {}};
+  PeriodicBlock out{
+      .low = cell.low.x, .length = cell.length.x, .state = {}, .across = {}, .bonds_across = {}, .stored = {}};
   bed.freeze();
   const std::vector<ContactRecord> contacts = bed.contacts();
   const Bed::State all = bed.save();
@@ -47,6 +56,10 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
   for (const PairHistory& p : all.pairs) {
     out.state.pairs.push_back({number.at(p.i), number.at(p.j), p.state});
     out.across.push_back(across(out.state.pairs.back().i, out.state.pairs.back().j));
+  }
+  for (const BondHistory& b : all.bonds) {
+    out.state.bonds.push_back({number.at(b.i), number.at(b.j), b.state});
+    out.bonds_across.push_back(across(out.state.bonds.back().i, out.state.bonds.back().j));
   }
   for (const SurfaceHistory& c : all.surfaces)
     out.state.surfaces.push_back(
@@ -76,7 +89,8 @@ void CarriedSoil::add(const CarriedSoil& more) {
 MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(std::move(block)), plan_(plan) {
   if (plan.steps < 1 || !(plan.step > 0) || (plan.direction != 1 && plan.direction != -1))
     refuse_block("at least one step of some length, and a direction of 1 or -1");
-  if (block_.size() == 0 || block_.across.size() != block_.state.pairs.size())
+  if (block_.size() == 0 || block_.across.size() != block_.state.pairs.size() ||
+      block_.bonds_across.size() != block_.state.bonds.size())
     refuse_block("the arrays of its block do not belong together");
   for (std::size_t i = 0; i < block_.size(); ++i) {
     largest_ = std::max(largest_, block_.sphere(i).r);
@@ -138,7 +152,7 @@ long MovingBed::hindmost(const Stretch& of, long period, std::int64_t i, std::in
   return of.holds(u) ? second : kNone;
 }
 
-/// Pairs whose hindmost sphere lies in the stretch, and the stretch's contacts at surfaces.
+/// Pairs and bonds whose hindmost sphere lies in the stretch, and the stretch's contacts at surfaces.
 void MovingBed::put_contacts(Bed::State& out, const Stretch& of) const {
   const Bed::State& from = block_.state;
   each_period(of, [&](long period) {
@@ -146,6 +160,11 @@ void MovingBed::put_contacts(Bed::State& out, const Stretch& of) const {
       const PairHistory& p = from.pairs[k];
       const long second = hindmost(of, period, p.i, p.j, block_.across[k]);
       if (second != kNone) out.pairs.push_back({id(period, p.i), id(second, p.j), p.state});
+    }
+    for (std::size_t k = 0; k < from.bonds.size(); ++k) {
+      const BondHistory& b = from.bonds[k];
+      const long second = hindmost(of, period, b.i, b.j, block_.bonds_across[k]);
+      if (second != kNone) out.bonds.push_back({id(period, b.i), id(second, b.j), b.state});
     }
     for (const SurfaceHistory& c : from.surfaces)
       if (of.holds(along(period, c.sphere)))
@@ -183,8 +202,9 @@ void MovingBed::fill(Bed& bed) const {
   Bed::State behind;
   put_contacts(behind, {-held_, 0});
   const auto u = [&](std::uint32_t id) { return along(static_cast<long>(id / block_.size()) - 1, place_in_block(id)); };
-  for (const PairHistory& p : behind.pairs)
-    if (!(u(p.i) < 0 && u(p.j) < 0)) all.pairs.push_back(p);
+  const auto reaches_in = [&](const auto& of) { return u(of.i) >= 0 || u(of.j) >= 0; };
+  std::copy_if(behind.pairs.begin(), behind.pairs.end(), std::back_inserter(all.pairs), reaches_in);
+  std::copy_if(behind.bonds.begin(), behind.bonds.end(), std::back_inserter(all.bonds), reaches_in);
   put_contacts(all, {0, front});
   bed.insert(all);
 }

@@ -22,10 +22,11 @@ struct StoredInContact {
 /// One period along x of a bed at rest, with the contacts of its spheres, those across its ends among them. Any number
 /// of them stand behind each other as the spheres of the periodic bed did: forces at the joints are its own.
 struct PeriodicBlock {
-  double low = 0, length = 0;           ///< of the period along x, m
-  Bed::State state;                     ///< spheres numbered from 0, at rest; pairs; contacts at surfaces
-  std::vector<std::int64_t> across;     ///< of each pair: periods from that of the first sphere to that of the second
-  std::vector<StoredInContact> stored;  ///< of contacts that carry a force
+  double low = 0, length = 0;        ///< of the period along x, m
+  Bed::State state;                  ///< spheres numbered from 0, at rest; pairs; bonds; contacts at surfaces
+  std::vector<std::int64_t> across;  ///< of each pair: periods from that of the first sphere to that of the second
+  std::vector<std::int64_t> bonds_across;  ///< likewise of each bond
+  std::vector<StoredInContact> stored;     ///< of contacts that carry a force
 
   std::size_t size() const { return state.spheres.size(); }
   const Sphere& sphere(std::size_t k) const { return state.spheres[k]; }
@@ -33,7 +34,7 @@ struct PeriodicBlock {
 };
 
 /// Of a bed that is periodic along x; its spheres are stopped. @param boundary_of index that each of its boundaries has
-/// in the bed that is made of blocks. Throws std::invalid_argument for bonds, clumps and fixed spheres.
+/// in the bed that is made of blocks. Throws std::invalid_argument for bonds of cement, clumps and fixed spheres.
 PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of);
 
 struct MovingBedPlan {
@@ -51,6 +52,9 @@ struct MovingBedPlan {
 /// behind them are put in, some of which are fixed now, with the contacts that they had at rest; those within reach
 /// behind the new rear end are fixed where they are, what lies farther back is removed. Spheres that have been pushed
 /// over the fixed ones, into the place of new ones, are removed too.
+///
+/// A fibre may lie across either end: its bonds come in with the contacts, and what of it is fixed holds it as soil is
+/// held. A bond ends where both its spheres are fixed, and with a sphere that is removed.
 ///
 /// Sphere i of period c, from the one in which the window starts on, has the number (c + 1) n + i, n spheres a period.
 class MovingBed {

@@ -153,28 +153,32 @@ void each_list(File& file, const std::string& folder, dem::Bed::State& bed) {
   name_columns(RecordColumns<PairHistory>(file, folder + "pairs/", bed.pairs));
   name_columns(RecordColumns<SurfaceHistory>(file, folder + "surfaces/", bed.surfaces));
 }
+template <class File>
+void list_bonds(File& file, const std::string& folder, dem::Bed::State& bed) {
+  name_columns(RecordColumns<BondHistory>(file, folder + "bonds/", bed.bonds));
+}
 
 }  // namespace
 
 void put_spheres(StateWriter& out, const std::string& folder, const dem::Bed::State& bed) {
-  each_list(out, folder, const_cast<dem::Bed::State&>(bed));  // to write changes nothing
+  auto& same = const_cast<dem::Bed::State&>(bed);  // to write changes nothing
+  each_list(out, folder, same);
+  if (!bed.bonds.empty()) list_bonds(out, folder, same);
 }
 
 void read_spheres(const StateReader& in, const std::string& folder, dem::Bed::State& bed) {
   each_list(in, folder, bed);
+  if (in.has(folder + "bonds")) list_bonds(in, folder, bed);
 }
 
 void put_bed_state(StateWriter& out, const dem::Bed::State& bed) {
   put_spheres(out, "bed/", bed);
-  if (!bed.bonds.empty())
-    name_columns(RecordColumns<BondHistory>(out, "bed/bonds/", const_cast<dem::Bed::State&>(bed).bonds));
   out.put("bed/parts", bed.parts);
 }
 
 dem::Bed::State bed_state_of(const StateReader& in) {
   dem::Bed::State bed;
   read_spheres(in, "bed/", bed);
-  if (in.has("bed/bonds")) name_columns(RecordColumns<BondHistory>(in, "bed/bonds/", bed.bonds));
   bed.parts = in.archive("bed/parts");
   return bed;
 }

@@ -17,7 +17,7 @@ void FibreDrag::take(double time, const std::vector<dem::ContactRecord>& contact
   times_.push_back(time);
   forces_.resize(at(frame + 1, 0, 0));
   for (const dem::ContactRecord& c : contacts) {
-    if (!c.at_surface || c.i < world_.soil.fibres_from) continue;
+    if (!c.at_surface || !is_of_fibres(world_, c.i)) continue;
     const auto surface = std::find(boundaries_.begin(), boundaries_.end(), static_cast<int>(c.j));
     if (surface == boundaries_.end()) continue;
     for (std::size_t g = 0; g < world_.fibres.size(); ++g)

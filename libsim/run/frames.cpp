@@ -129,6 +129,7 @@ void FrameOutput::list_period(ParticleTable& table) const {
     table.radius.push_back(block.sphere(i).r);
     table.density.push_back(dem::density(block.sphere(i)));
     table.material.push_back(block.sphere(i).material);
+    if (!world_.fibres.empty()) table.fibre.push_back(fibre_of(world_.fibres, static_cast<std::uint32_t>(i)));
     table.at_rest.push_back(moving.place_at_rest(static_cast<std::uint32_t>(i)));
   }
   table.period = moving.plan().direction * block.length;

@@ -220,7 +220,7 @@ void write_fibres(Summary& summary, const World& world, const FibreDrag& drag) {
   const double from = window ? summary.window_from() : 0, until = window ? summary.window_until() : 1e300;
   for (std::size_t k = 0; k < world.fibres.size(); ++k) {
     const FibreGroup& group = world.fibres[k];
-    section[group.name] = {{"fibres", group.count},
+    section[group.name] = {{world.moving ? "fibres of a period" : "fibres", group.count},
                            {"spheres of a fibre", group.per_fibre()},
                            {"length [m]", group.shape.chain_length()},
                            {"diameter [m]", group.shape.diameter},

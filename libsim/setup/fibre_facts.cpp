@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <unordered_map>
 
 #include "libdem/packing/measure.hpp"
@@ -14,78 +15,103 @@ namespace subsoil::sim {
 namespace {
 
 /// Where the soil ends upward: its highest point on a vertical line. Columns of the mean surface would not do: they are
-/// as high as their highest sphere, and fibres that lie between such spheres would be below them.
+/// as high as their highest sphere, and fibres that lie between such spheres would be below them. A grain in flight,
+/// farther than a tenth of its radius from any other sphere, is no soil that covers: at rest a gap is a few overlaps
+/// wide, and a grain thrown by a tool is over the straw for a moment.
 class SoilFromAbove {
  public:
   explicit SoilFromAbove(const World& world) : cell_(world.bed->options().periodic) {
-    for (const dem::Sphere& s : world.bed->spheres())
-      if (!is_of_fibres(world, s.id)) add(s);
+    for (const dem::Sphere& s : world.bed->spheres()) largest_ = std::max(largest_, s.r);
+    for (const bool soil : {true, false}) {
+      for (const dem::Sphere& s : world.bed->spheres())
+        if (is_of_fibres(world, s.id) != soil) add(s);
+      if (soil) soil_ = spheres_.size();
+    }
     sort();
   }
-  double diameter() const { return 2 * dem::mean_radius(soil_); }
+  double diameter() const { return 2 * dem::mean_radius(soil()); }
   double lowest() const {
     double low = std::numeric_limits<double>::infinity();
-    for (const dem::Sphere& s : soil_) low = std::min(low, s.x.y - s.r);
+    for (const dem::Sphere& s : soil()) low = std::min(low, s.x.y - s.r);
     return low;
   }
   /// Of the soil above a point, or below it where negative; none there: -infinity.
   double depth_of(const Vec3& point) const {
     const Vec3 x = cell_.wrapped(point);
     double top = -std::numeric_limits<double>::infinity();
-    if (sorted_.empty()) return top;
-    const long i = bin(0, x), k = bin(2, x), first = std::max(k - 1, 0L), last = std::min(k + 1, count_[2] - 1);
-    for (long n = std::max(i - 1, 0L); n <= std::min(i + 1, count_[0] - 1); ++n)
-      // Bins side by side along z are one after the other.
-      for (std::uint32_t e = start_[place(n, first)]; e < start_[place(n, last) + 1]; ++e) {
-        const Top& s = sorted_[e];
-        const double dx = s.x - x.x, dz = s.z - x.z, square = s.r * s.r - dx * dx - dz * dz;
-        if (square > 0) top = std::max(top, s.y + std::sqrt(square));
-      }
+    each_near(x, [&](std::uint32_t e) {
+      const Top& s = sorted_[e];
+      const double dx = s.x.x - x.x, dz = s.x.z - x.z, square = s.r * s.r - dx * dx - dz * dz;
+      if (s.soil && square > 0 && s.x.y + std::sqrt(square) > top && !flies(e)) top = s.x.y + std::sqrt(square);
+    });
     return top - x.y;
   }
 
  private:
-  /// With its images beyond periodic sides.
+  std::span<const dem::Sphere> soil() const { return std::span(spheres_).first(soil_); }
+  /// use(e) for what may lie over a point or touch what does.
+  template <class Use>
+  void each_near(const Vec3& x, const Use& use) const {
+    if (sorted_.empty()) return;
+    const long i = bin(0, x), k = bin(2, x), first = std::max(k - 1, 0L), last = std::min(k + 1, count_[2] - 1);
+    for (long n = std::max(i - 1, 0L); n <= std::min(i + 1, count_[0] - 1); ++n)
+      // Bins side by side along z are one after the other.
+      for (std::uint32_t e = start_[place(n, first)]; e < start_[place(n, last) + 1]; ++e) use(e);
+  }
+  bool flies(std::uint32_t e) const {
+    const Top& s = sorted_[e];
+    bool alone = true;
+    each_near(s.x, [&](std::uint32_t other) {
+      const double reach = sorted_[other].r + (1 + kInFlight) * s.r;
+      if (other != e) alone = alone && dem::norm(sorted_[other].x - s.x) > reach;
+    });
+    return alone;
+  }
+  /// With its images beyond periodic sides, as far as they may touch what is inside.
   void add(const dem::Sphere& s) {
-    largest_ = std::max(largest_, s.r);
-    const std::size_t first = soil_.size();
-    soil_.push_back(s);
-    soil_.back().x = cell_.wrapped(s.x);
+    const std::size_t first = spheres_.size();
+    const double margin = (2 + kInFlight) * largest_;
+    spheres_.push_back(s);
+    spheres_.back().x = cell_.wrapped(s.x);
     for (const int d : {0, 2})
       if (cell_.length[d] > 0)
-        for (std::size_t n = first, count = soil_.size(); n < count; ++n)
+        for (std::size_t n = first, count = spheres_.size(); n < count; ++n)
           for (const double shift : {-cell_.length[d], cell_.length[d]}) {
-            dem::Sphere image = soil_[n];
+            dem::Sphere image = spheres_[n];
             image.x[d] += shift;
-            const double low = cell_.low[d] - image.r, high = cell_.low[d] + cell_.length[d] + image.r;
-            if (image.x[d] > low && image.x[d] < high) soil_.push_back(image);
+            const double low = cell_.low[d] - margin, high = cell_.low[d] + cell_.length[d] + margin;
+            if (image.x[d] > low && image.x[d] < high) spheres_.push_back(image);
           }
   }
   /// By bin of their plan, whose sides are a diameter of the largest sphere or more: a column of nine holds all that
-  /// reaches over a point. Bins cover two standard deviations to either side of the mean, all of an even bed, and those
-  /// at the rim whatever lies beyond: one sphere that has flown far leaves the others in bins of their own.
+  /// reaches over a point, and what touches a sphere there. Bins cover two standard deviations to either side of the
+  /// mean, all of an even bed, and those at the rim whatever lies beyond: one sphere that has flown far leaves the
+  /// others in bins of their own.
   void sort() {
-    if (soil_.empty()) return;
-    const auto number = static_cast<double>(soil_.size());
+    if (spheres_.empty()) return;
+    const auto number = static_cast<double>(spheres_.size());
     Vec3 size;
     for (const int d : {0, 2}) {
-      double low = soil_.front().x[d], high = low, sum = 0, squares = 0;
-      for (const dem::Sphere& s : soil_) low = std::min(low, s.x[d]), high = std::max(high, s.x[d]), sum += s.x[d];
-      for (const dem::Sphere& s : soil_) squares += (s.x[d] - sum / number) * (s.x[d] - sum / number);
+      double low = spheres_.front().x[d], high = low, sum = 0, squares = 0;
+      for (const dem::Sphere& s : spheres_) low = std::min(low, s.x[d]), high = std::max(high, s.x[d]), sum += s.x[d];
+      for (const dem::Sphere& s : spheres_) squares += (s.x[d] - sum / number) * (s.x[d] - sum / number);
       const double far = 2 * std::sqrt(squares / number);
       low_[d] = std::max(low, sum / number - far);
       size[d] = std::max(std::min(high, sum / number + far) - low_[d], 0.0);
     }
-    side_ = 2 * largest_;
+    side_ = (2 + kInFlight) * largest_;
     while ((size.x / side_ + 1) * (size.z / side_ + 1) > number && (size.x > side_ || size.z > side_)) side_ *= 2;
     for (const int d : {0, 2}) count_[d] = static_cast<long>(size[d] / side_) + 1;
     start_.assign(static_cast<std::size_t>(count_[0] * count_[2]) + 1, 0);
     const auto of = [&](const dem::Sphere& s) { return place(bin(0, s.x), bin(2, s.x)); };
-    for (const dem::Sphere& s : soil_) ++start_[of(s) + 1];
+    for (const dem::Sphere& s : spheres_) ++start_[of(s) + 1];
     for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
     std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-    sorted_.resize(soil_.size());
-    for (const dem::Sphere& s : soil_) sorted_[next[of(s)]++] = {s.x.x, s.x.y, s.x.z, s.r};
+    sorted_.resize(spheres_.size());
+    for (std::size_t n = 0; n < spheres_.size(); ++n) {
+      const dem::Sphere& s = spheres_[n];
+      sorted_[next[of(s)]++] = {s.x, s.r, n < soil_};
+    }
   }
   long bin(int d, const Vec3& x) const {
     const double of = std::floor((x[d] - low_[d]) / side_);
@@ -93,11 +119,16 @@ class SoilFromAbove {
   }
   std::size_t place(long i, long k) const { return static_cast<std::size_t>(i * count_[2] + k); }
 
+  static constexpr double kInFlight = 0.1;  ///< of a radius
+
   struct Top {
-    double x, y, z, r;
+    Vec3 x;
+    double r;
+    bool soil;
   };
   dem::PeriodicCell cell_;
-  std::vector<dem::Sphere> soil_;
+  std::vector<dem::Sphere> spheres_;  ///< soil, then fibres
+  std::size_t soil_ = 0;
   double largest_ = 0, side_ = 1;
   Vec3 low_;
   long count_[3] = {0, 0, 0};         ///< of bins along x and z
@@ -105,10 +136,15 @@ class SoilFromAbove {
   std::vector<Top> sorted_;
 };
 
+/// Without what is held beyond the ends of a moving bed, which no sum counts.
+bool counts(const World& world, const FibreGroup& group, const dem::Sphere& s) {
+  return group.has(s.id) && !(world.moving && dem::is_fixed(s));
+}
+
 double buried_share(const World& world, const SoilFromAbove& soil, const FibreGroup& group) {
   double mass = 0, buried = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
-    if (!group.has(s.id)) continue;
+    if (!counts(world, group, s)) continue;
     mass += s.m;
     if (soil.depth_of(s.x) > 0) buried += s.m;
   }
@@ -125,7 +161,7 @@ void take_depths(const World& world, const SoilFromAbove& soil, const FibreGroup
   out.by_depth.assign(static_cast<std::size_t>(bands), 0.0);
   double moment = 0;
   for (const dem::Sphere& s : world.bed->spheres()) {
-    if (!group.has(s.id)) continue;
+    if (!counts(world, group, s)) continue;
     out.mass += s.m;
     const double depth = soil.depth_of(s.x);
     if (!(depth > 0)) continue;

@@ -8,6 +8,7 @@
 
 #include "libdem/particles/fixed.hpp"
 #include "libsim/setup/laws.hpp"
+#include "libsim/setup/moving_soil.hpp"
 #include "libsim/setup/world.hpp"
 
 namespace subsoil::sim {
@@ -35,6 +36,15 @@ double highest_top(std::span<const dem::Sphere> spheres, double otherwise) {
   double top = otherwise;
   for (const dem::Sphere& s : spheres) top = std::max(top, s.x.y + s.r);
   return top;
+}
+
+/// The container's periods along x and z that the fibres' region spans: there they may lie across the sides.
+dem::PeriodicCell periods_spanned(const FibreSection& f, const Container& c) {
+  dem::PeriodicCell cell = periodic_cell(c);
+  cell.length.y = 0;
+  for (const int d : {0, 2})
+    if (f.region && (f.region->at[d] > cell.low[d] || f.region->size[d] < cell.length[d])) cell.length[d] = 0;
+  return cell;
 }
 
 /// Distance of a point from the axis of a fibre, m.
@@ -84,11 +94,13 @@ dem::StepQuestion question_between(const Scenario& s, const dem::StepQuestion& s
 
 void number_fibres(World& world) {
   std::uint32_t next = world.soil.fibres_from;
-  for (FibreGroup& group : world.fibres) group.first = next, next = group.end();
+  const std::size_t period = world.moving ? world.moving->window.block().size() : 0;
+  for (FibreGroup& group : world.fibres)
+    group.first = next, next = group.end(), group.period = static_cast<std::uint32_t>(period);
 }
 
 bool is_of_fibres(const World& world, std::uint32_t id) {
-  return !world.fibres.empty() && id >= world.fibres.front().first && id < world.fibres.back().end();
+  return std::any_of(world.fibres.begin(), world.fibres.end(), [&](const FibreGroup& g) { return g.has(id); });
 }
 
 std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id) {
@@ -157,6 +169,7 @@ std::vector<dem::FibrePose> FibreCover::place(const FibreSection& f, const Fibre
   // Groups alike are laid differently.
   field.seed = static_cast<std::uint64_t>(f.seed.value_or(soil.bed->seed)) + 1000003 * index;
   field.piles = !f.region;
+  if (soil.container) field.cell = periods_spanned(f, *soil.container);
   if (f.region) {
     field.region = {f.region->at, f.region->at + f.region->size};
   } else {
@@ -169,9 +182,11 @@ std::vector<dem::FibrePose> FibreCover::place(const FibreSection& f, const Fibre
 /// Nearest fibres of each sphere are not searched for: some thousand of either take less than a second.
 std::size_t FibreCover::make_room(dem::Bed& bed, const dem::FibreShape& shape,
                                   const std::vector<dem::FibrePose>& poses) const {
+  const dem::PeriodicCell cell = bed.options().periodic;
   const auto meets = [&](const dem::Sphere& s) {
     return std::any_of(poses.begin(), poses.end(), [&](const dem::FibrePose& pose) {
-      return distance(s.x, pose, shape) < s.r + 0.5 * shape.diameter;
+      const Vec3 nearest = pose.centre + cell.shortest(s.x - pose.centre);
+      return distance(nearest, pose, shape) < s.r + 0.5 * shape.diameter;
     });
   };
   for (const dem::Sphere& s : bed.spheres())

@@ -13,17 +13,20 @@ namespace subsoil::sim {
 
 struct World;
 
-/// Fibres of one name. Their spheres are numbered in one row, fibre by fibre from end to end.
+/// Fibres of one name. Their spheres are numbered in one row, fibre by fibre from end to end; of a moving bed in each
+/// of its periods.
 struct FibreGroup {
   std::string name;
   dem::FibreShape shape;
   std::size_t count = 0;
-  std::uint32_t first = 0;  ///< number of the first sphere
+  std::uint32_t first = 0;   ///< number of the first sphere
+  std::uint32_t period = 0;  ///< spheres of a period of a moving bed, after which numbers repeat; else 0
 
   std::uint32_t end() const { return first + static_cast<std::uint32_t>(count) * per_fibre(); }
   std::uint32_t per_fibre() const { return static_cast<std::uint32_t>(shape.spheres()); }
-  bool has(std::uint32_t id) const { return id >= first && id < end(); }
-  std::size_t fibre_of(std::uint32_t id) const { return (id - first) / per_fibre(); }
+  std::uint32_t in_period(std::uint32_t id) const { return period > 0 ? id % period : id; }
+  bool has(std::uint32_t id) const { return in_period(id) >= first && in_period(id) < end(); }
+  std::size_t fibre_of(std::uint32_t id) const { return (in_period(id) - first) / per_fibre(); }
 };
 
 /// Of the scenario in its order, not numbered yet.
@@ -38,7 +41,7 @@ dem::StepQuestion question_between(const Scenario& s, const dem::StepQuestion& s
 void number_fibres(World& world);
 /// Whether a sphere is one of a fibre, and none of the soil.
 bool is_of_fibres(const World& world, std::uint32_t id);
-/// Number of the fibre that a sphere belongs to, over all groups from 0; -1: of none.
+/// Number of the fibre that a sphere belongs to, over all groups from 0, of a moving bed in its period; -1: of none.
 std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id);
 
 /// Lays the fibres of a scenario on a bed that lies: each group in its region, or above what is there, over the

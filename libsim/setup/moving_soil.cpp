@@ -76,9 +76,26 @@ std::vector<int> same_walls(const World& block, const World& window) {
   return out;
 }
 
+/// Fibres by their numbers in the period, in which spheres are numbered from 0 in the order that they have there.
+void find_fibres(World& world, const World& block) {
+  if (block.fibres.empty()) return;
+  std::size_t before = 0, of_fibres = 0, expected = 0;
+  for (const dem::Sphere& s : block.bed->spheres())
+    (is_of_fibres(block, s.id) ? of_fibres : before) += s.id < block.fibres.back().end() ? 1 : 0;
+  for (const FibreGroup& group : block.fibres) expected += group.count * group.per_fibre();
+  if (of_fibres != expected)
+    throw std::invalid_argument(
+        fmt::format("{} of {} spheres of fibres left the bed while it settled; a period needs them all",
+                    expected - of_fibres, expected));
+  world.soil.fibres_from = static_cast<std::uint32_t>(before);
+  world.fibres = block.fibres;
+  number_fibres(world);
+}
+
 /// Spheres and mass are those in the window; what says how dense the bed is and how deep is of the period.
 void report_window(World& world, const World& block) {
   world.soil = block.soil;
+  find_fibres(world, block);
   count_window(world);
 }
 
@@ -92,8 +109,9 @@ FreeSoil free_soil(const dem::Bed& bed) {
 }
 
 void count_window(World& world) {
-  const FreeSoil free = free_soil(*world.bed);
-  world.soil.spheres = free.spheres, world.soil.mass = free.mass;
+  world.soil.spheres = 0, world.soil.mass = 0;
+  for (const dem::Sphere& s : world.bed->spheres())
+    if (!dem::is_fixed(s) && !is_of_fibres(world, s.id)) ++world.soil.spheres, world.soil.mass += s.m;
 }
 
 double MovingSoil::x_of_followed(const coupling::Simulation& simulation) const {

@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "libdem/geometry/mesh_builders.hpp"
+#include "libdem/packing/fibres.hpp"
 #include "libdem/packing/settle.hpp"
+#include "libdem/step/stability.hpp"
 #include "tests/tools/dem_beds.hpp"
 #include "tests/tools/every_law.hpp"
 
@@ -310,6 +312,67 @@ TEST(ActiveBed, ASlowLoadWakesWhatItReaches) {
   const double free = resistance(false);
   EXPECT_GT(free, 1);
   EXPECT_NEAR(resistance(true), free, 0.1 * free);
+}
+
+/// Eight fibres of 2 m lie side by side on a floor, over several particle blocks each. Asleep, they are pushed at one
+/// end: what wakes there wakes what it is bonded to, up to the far end, which comes as far as without sleep. The
+/// strength is a hundred times the stress of the push, rho c v = 7 kPa, and no more: lists reach as far as a bond may
+/// stretch.
+TEST(ActiveBed, FibresWakeFromEndToEnd) {
+  constexpr int spheres = 200, fibres = 8;
+  constexpr double r = 5e-3, stiffness = 1e4, speed = 0.1, time = 0.1;
+  Linear law = grains(stiffness, 0.5, 0.5, 0.1);
+  law.bond = {.kind = Bond::Kind::fibre, .modulus = 1e7, .tensile = 1e6, .shear = 1e6, .damping = 0.1};
+  const FibreShape shape{.length = 2 * r * spheres, .diameter = 2 * r, .of = {.density = 500, .material = 0}};
+  const double sunk = shape.mass() / spheres * 9.81 / stiffness;
+  const double dt =
+      0.5 *
+      stable_step(law, {.smallest_radius = r, .largest_radius = r, .density = 750, .speed = speed, .neighbours = 3})
+          .step;
+  const auto far_end = [&](bool sleeps) {
+    Bed bed(table(law), quiet({0, -9.81, 0}, 1));
+    add_bin(bed, 3, 0.2);
+    std::vector<FibrePose> poses;
+    for (int k = 0; k < fibres; ++k)
+      poses.push_back({{0.05 + 0.5 * shape.length, r - sunk, 0.02 * (k + 1)}, {1, 0, 0}});
+    bed.insert(fibres_at(shape, poses, 0));
+    Boundary b;
+    b.shape = MeshSurface(box_mesh({0.02, 0.1, 0.18}));
+    Motion pusher{bed.add(std::move(b)), {{0.04 - 1e-6, 0.05, 0.09}, {}}, {speed, 0, 0}, {}};
+    pusher.place(bed);
+    bed.boundary(pusher.boundary).velocity = {};
+    if (sleeps) bed.set_active(ActiveRule{kWithin, kBelow});
+    for (int k = 0; k < 1000; ++k) bed.step(dt);
+    const std::size_t all = bed.spheres().size();
+    EXPECT_EQ(bed.frozen_count(), sleeps ? all : 0);
+    bed.reset_energy_balance();
+    bed.step(dt, {.energy = true});
+    const BedEnergy start = bed.energy();
+    bed.set_time(0);
+    std::size_t least = all, partly = 0;
+    for (long k = 0; k < std::lround(time / dt); ++k) {
+      pusher.place(bed);
+      bed.step(dt, {.energy = true});
+      least = std::min(least, bed.frozen_count());
+      partly += bed.frozen_count() > 0 && bed.frozen_count() < all ? 1 : 0;
+    }
+    if (sleeps) {
+      EXPECT_GT(partly, 10U) << "the far end sleeps on at first";
+      EXPECT_EQ(least, 0U) << "all of it wakes";
+    }
+    EXPECT_EQ(bed.bonds().broken(), 0U);
+    const BedEnergy& end = bed.energy();
+    const double work = end.boundary_work - start.boundary_work;
+    EXPECT_GT(work, 1e-4);
+    EXPECT_NEAR(end.total() - start.total(), work, 0.01 * work);
+    double sum = 0;
+    for (const Sphere& s : bed.spheres())
+      if (s.id % spheres == spheres - 1) sum += s.x.x - (0.05 + shape.length - r);
+    return sum / fibres;
+  };
+  const double awake = far_end(false);
+  EXPECT_NEAR(awake, speed * time, 0.1 * speed * time);
+  EXPECT_NEAR(far_end(true), awake, 0.05 * awake);
 }
 
 // In steps of 0.1 us a sphere has less than half of `below` after 256 steps, whatever accelerates it. One that falls

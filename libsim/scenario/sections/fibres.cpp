@@ -46,10 +46,13 @@ const Material* material_named(const Scenario& s, const std::string& name) {
   return at == s.materials.end() ? nullptr : &*at;
 }
 
-/// Of the plan of where fibres begin, m^2.
+/// Of the plan of where fibres begin, m^2; of a moving bed in one of its periods.
 double plan_area(const FibreSection& f, const Scenario& s) {
-  const dem::Vec3 size = f.region ? f.region->size : s.soil->container ? s.soil->container->size : dem::Vec3{};
-  return size.x * size.z;
+  const Soil& soil = *s.soil;
+  if (f.region) return f.region->size.x * f.region->size.z;
+  if (!soil.container) return 0;
+  const dem::Vec3& size = soil.container->size;
+  return (soil.moving ? soil.moving->period.value_or(soil.moving->block) : size.x) * size.z;
 }
 
 }  // namespace
@@ -87,8 +90,6 @@ struct FibreChecks : Checks {
     const auto without = [&](bool given, const char* path, const char* why) {
       if (given) refuse(path, fmt::format("stands beside `soil.bed.fibres`, {}; leave one of them out", why));
     };
-    without(s.soil->moving.has_value(), "soil.moving", "whose soil ahead would come in without fibres");
-    without(s.soil->active.has_value(), "soil.active", "which spares soil that rests, and fibres move it from afar");
     without(!bed.save.empty(), "soil.bed.save", "whose bonds the file of a bed does not keep");
   }
 
