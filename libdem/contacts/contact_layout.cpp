@@ -28,8 +28,8 @@ struct Classes {
   std::uint32_t candidates(std::uint32_t law, bool across) const {
     return laws + law * kGapClasses + (across ? of_cache_block() : 0);
   }
-  std::uint32_t of(std::uint32_t law, std::uint32_t step, bool across) const {
-    return (step == 0 ? law : laws + law * kGapClasses + step - 1) + (across ? of_cache_block() : 0);
+  std::uint32_t of(std::uint32_t law, std::uint32_t step) const {
+    return step == 0 ? law : laws + law * kGapClasses + step - 1;
   }
 };
 
@@ -40,14 +40,17 @@ struct GapStep {
   }
 
   static constexpr std::uint16_t kUnclear = 0xffff;
-  /// The same, of a gap in single precision: kUnclear where its error may change the step.
-  /// @param share of the skin that the gap takes, and its error
-  static std::uint16_t of_nearly(float share, float error) {
+  /// The same of gaps in single precision, to `step`: kUnclear where their error may change it. Without jumps, several
+  /// at once: a pair touches or not as it comes, which no processor foresees.
+  /// @param cutoff of the law, m; error of a gap's share of the skin
+  static void of_nearly(std::span<const float> gap, float cutoff, float per_skin, float error, std::uint16_t* step) {
     constexpr auto limit = static_cast<float>(kTouchingShare);
-    const float least = share - error, most = share + error;
-    const bool clear = least > limit ? exponent(least) == exponent(most) : most < limit;
-    const int step = most < limit ? 0 : of_candidate(share);
-    return static_cast<std::uint16_t>(clear ? step : kUnclear);
+    for (std::size_t p = 0; p < gap.size(); ++p) {
+      const float share = (gap[p] - cutoff) * per_skin, least = share - error, most = share + error;
+      const int touches = most < limit ? 1 : 0, parted = least > limit ? 1 : 0;
+      const int same = exponent(least) == exponent(most) ? 1 : 0, candidate = of_candidate(share);
+      step[p] = static_cast<std::uint16_t>((parted & same) != 0 ? candidate : touches - 1);
+    }
   }
 
  private:
@@ -55,7 +58,8 @@ struct GapStep {
   static int of_candidate(float share) {
     // share = f 2^doublings, f in [0.5, 1): the exponent of a float, whose bias is 126 for such f.
     const int doublings = exponent(share) - 126;
-    return std::clamp(doublings + static_cast<int>(kGapClasses), 1, static_cast<int>(kGapClasses));
+    const int step = doublings + static_cast<int>(kGapClasses), at_least = step < 1 ? 1 : step;
+    return at_least > static_cast<int>(kGapClasses) ? static_cast<int>(kGapClasses) : at_least;
   }
 };
 
@@ -64,7 +68,7 @@ struct GapStep {
 class Chunks {
  public:
   /// @param pairs of each sphere of the particle block
-  explicit Chunks(const std::array<std::uint32_t, kParticleBlock>& pairs) {
+  explicit Chunks(const std::array<std::uint32_t, kParticleBlock>& pairs) : pairs_(pairs) {
     // Counting sort, stable; those with many pairs share the first counter.
     constexpr std::uint32_t many = 63;
     std::array<std::uint32_t, many + 2> next{};
@@ -82,13 +86,15 @@ class Chunks {
   }
   std::uint32_t blocks() const { return blocks_; }
 
-  /// visit(sphere of the particle block, first block of its chunk, lane) for each first particle.
+  /// visit(sphere of the particle block, first block of its chunk, lane, pairs) for each first particle.
   template <class Visit>
   void each(const Visit& visit) const {
-    for (std::uint32_t k = 0; k < count_; ++k) visit(place_[k], first_block_[k / kBlock], k % kBlock);
+    for (std::uint32_t k = 0; k < count_; ++k)
+      visit(place_[k], first_block_[k / kBlock], k % kBlock, pairs_[place_[k]]);
   }
 
  private:
+  std::array<std::uint32_t, kParticleBlock> pairs_;
   std::array<std::uint8_t, kParticleBlock> place_;
   std::array<std::uint32_t, kParticleBlock / kBlock> first_block_{};
   std::uint32_t count_ = 0, blocks_ = 0;
@@ -100,8 +106,10 @@ class BlockWriter {
   BlockWriter(PairBlock* blocks, BlockShape* shapes) : blocks_(blocks), shapes_(shapes) {}
 
   void begin(std::uint32_t block, bool chunk) { shapes_[block] = {.lanes = 0, .begins = chunk}; }
-  void put(std::uint32_t block, std::uint32_t lane, std::uint32_t i, std::uint32_t j) {
-    blocks_[block].i[lane] = i, blocks_[block].j[lane] = j;
+  /// @param at lane, those of all blocks one after the other
+  void put(std::uint32_t at, std::uint32_t i, std::uint32_t j) {
+    PairBlock& block = blocks_[at / kBlock];
+    block.i[at % kBlock] = i, block.j[at % kBlock] = j;
   }
   void end(std::uint32_t block, std::uint32_t lanes) { shapes_[block].lanes = static_cast<std::uint8_t>(lanes); }
   /// Lanes without a pair: in a chunk that of the block before, which has one; else the block's first.
@@ -132,8 +140,11 @@ class Layout {
     store.particle_blocks.assign((count_ + kParticleBlock - 1) / kParticleBlock, {});
     chunks_.resize(store.particle_blocks.size());
     per_skin_ = static_cast<float>(1 / skin);
-    for (std::uint32_t law = 0; law < laws.count(); ++law) cutoffs_.push_back(static_cast<float>(laws.cutoff(law)));
-    for (std::uint32_t c = 0; c < classes_.count(); ++c) touches_.push_back(classes_.touches(c) ? 1 : 0);
+    for (std::uint32_t law = 0; law < laws.count(); ++law) {
+      cutoffs_.push_back(static_cast<float>(laws.cutoff(law)));
+      for (std::uint32_t step = 0; step <= kGapClasses; ++step) class_of_step_.push_back(classes_.of(law, step));
+    }
+    for (std::uint32_t c = 0; c < classes_.count(); ++c) further_.push_back(classes_.touches(c) ? kBlock : 1);
     // The share itself is rounded a few times.
     error_ = static_cast<float>((list.gap_error + 1e-6 * laws.largest_cutoff()) / skin) + 1e-6f;
     sizes_.assign(store.particle_blocks.size() * classes_.count(), 0);
@@ -184,14 +195,6 @@ class Layout {
   /// By class: of touching pairs contact blocks, of candidates pairs; then where they begin.
   std::uint32_t* sizes_of(std::size_t k) { return sizes_.data() + k * classes_.count(); }
 
-  Chunks chunks(const ParticleBlock& b, std::uint32_t touching) const {
-    std::array<std::uint32_t, kParticleBlock> pairs{};
-    for (std::uint32_t i = b.begin; i < b.end; ++i)
-      for (std::uint32_t p = list_.start[i]; p < list_.start[i + 1]; ++p)
-        pairs[i - b.begin] += class_of_[p] == touching;
-    return Chunks(pairs);
-  }
-
   static void include_across(ParticleBlock& b, std::uint32_t partner) {
     if (b.interface_first > b.interface_last)
       b.interface_first = b.interface_last = partner;
@@ -216,20 +219,25 @@ class Layout {
     find_steps(block);
     auto end = std::upper_bound(cache_block_ends_.begin(), cache_block_ends_.end(), block.begin);
     std::uint32_t* const size = sizes_of(k);
-    const std::uint32_t* const js = list_.j.data();
+    const std::uint32_t *const js = list_.j.data(), *const start = list_.start.data();
     std::uint16_t* const class_of = class_of_.data();
+    const std::uint32_t* const class_of_step = class_of_step_.data();
+    const Classes classes = classes_;
+    // Touching pairs of each sphere, by law; of those across an interface behind the others.
+    std::vector<std::array<std::uint32_t, kParticleBlock>> touching(2 * std::size_t{classes.laws});
     std::uint32_t farthest = block.begin;
     for (std::uint32_t i = block.begin; i < block.end; ++i) {
       include(i);
       while (i >= *end) ++end;
-      const std::uint32_t last = list_.start[i + 1], end_of_cache_block = *end;
-      for (std::uint32_t p = list_.start[i]; p < last; ++p) {
+      const std::uint32_t last = start[i + 1], end_of_cache_block = *end, in_block = i - block.begin;
+      for (std::uint32_t p = start[i]; p < last; ++p) {
         const std::uint32_t j = js[p], law = law_of(i, j);
         const bool across = j >= end_of_cache_block;
         const std::uint32_t step = class_of[p] != GapStep::kUnclear ? class_of[p] : exact_step(i, j, law);
-        const std::uint32_t c = classes_.of(law, step, across);
+        const std::uint32_t c = class_of_step[law * (1 + kGapClasses) + step] + (across ? classes.of_cache_block() : 0);
         class_of[p] = static_cast<std::uint16_t>(c);
         ++size[c];
+        touching[law + (across ? classes.laws : 0)][in_block] += step == 0 ? 1 : 0;
         include(j);
         if (across)
           include_across(block, store_.images.sphere(j) / kParticleBlock);
@@ -239,9 +247,9 @@ class Layout {
     }
     block.last = farthest / kParticleBlock;
     for (const bool across : {false, true})
-      for (std::uint32_t law = 0; law < classes_.laws; ++law)
-        if (const std::uint32_t c = classes_.touching(law, across); size[c] > 0)
-          size[c] = chunks_[k].emplace_back(chunks(block, c)).blocks();
+      for (std::uint32_t law = 0; law < classes.laws; ++law)
+        if (const std::uint32_t c = classes.touching(law, across); size[c] > 0)
+          size[c] = chunks_[k].emplace_back(touching[law + (across ? classes.laws : 0)]).blocks();
   }
 
   /// Of the pairs of a particle block, by the gaps of the list, to class_of_.
@@ -250,7 +258,7 @@ class Layout {
     std::uint16_t* const step = class_of_.data();
     const float per_skin = per_skin_, error = error_;
     const auto find = [&](std::uint32_t begin, std::uint32_t end, float cutoff) {
-      for (std::uint32_t p = begin; p < end; ++p) step[p] = GapStep::of_nearly((gap[p] - cutoff) * per_skin, error);
+      GapStep::of_nearly({gap + begin, gap + end}, cutoff, per_skin, error, step + begin);
     };
     if (only_law_ >= 0)
       return find(list_.start[block.begin], list_.start[block.end], cutoffs_[static_cast<std::size_t>(only_law_)]);
@@ -303,21 +311,20 @@ class Layout {
       const PairRun& run = store_.runs[r];
       for (std::uint32_t n = 0; n < run.blocks; ++n) writer.begin(run.first + n, run.candidates);
     }
-    auto of_run = chunks_[k].begin();
-    for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r)
-      if (!store_.runs[r].candidates) write_chunks(b, store_.runs[r], *of_run++, writer);
+    const std::vector<FirstLanes> touching = begin_chunks(b, chunks_[k], writer);
     std::uint32_t* const next = sizes_of(k);
-    const std::uint32_t* const js = list_.j.data();
+    const std::uint32_t *const js = list_.j.data(), *const start = list_.start.data(), *const further = further_.data();
     const std::uint16_t* const class_of = class_of_.data();
     std::uint32_t* const place = place_.data();
-    for (std::uint32_t i = b.begin; i < b.end; ++i)
-      for (std::uint32_t p = list_.start[i], last = list_.start[i + 1]; p < last; ++p) {
-        const std::uint32_t c = class_of[p];
-        if (touches_[c] != 0) continue;
-        const std::uint32_t lane = next[c]++;
+    for (std::uint32_t i = b.begin; i < b.end; ++i) {
+      for (const FirstLanes& first : touching) next[first.of_class] = first.of_sphere[i - b.begin];
+      for (std::uint32_t p = start[i], last = start[i + 1]; p < last; ++p) {
+        const std::uint32_t c = class_of[p], lane = next[c];
+        next[c] = lane + further[c];
         place[p] = lane;
-        writer.put(lane / kBlock, lane % kBlock, i, js[p]);
+        writer.put(lane, i, js[p]);
       }
+    }
     for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
       const PairRun& run = store_.runs[r];
       if (run.candidates) end_candidates(run, next, writer);
@@ -326,22 +333,29 @@ class Layout {
       std::fill_n(store_.lines.data() + run.lines, laws_.pair_memory(run.law).lines(run.blocks), Line{});
     }
   }
-  void write_chunks(const ParticleBlock& b, const PairRun& run, const Chunks& chunks, BlockWriter& writer) {
-    const std::uint32_t touching = classes_.touching(run.law, run.across_interface);
-    const std::uint32_t* const js = list_.j.data();
-    const std::uint16_t* const class_of = class_of_.data();
-    std::uint32_t* const place = place_.data();
-    chunks.each([&](std::uint32_t in_block, std::uint32_t first, std::uint32_t lane) {
-      const std::uint32_t i = b.begin + in_block, last = list_.start[i + 1];
-      std::uint32_t n = run.first + first;
-      store_.shapes[n].begins = true;
-      for (std::uint32_t p = list_.start[i]; p < last; ++p) {
-        if (class_of[p] != touching) continue;
-        place[p] = n * kBlock + lane;
-        writer.put(n, lane, i, js[p]);
-        writer.end(n++, lane + 1);  // lanes come one after the other
-      }
-    });
+  /// Of the touching pairs of one class, the first lane of each sphere of a particle block that has some.
+  struct FirstLanes {
+    std::uint32_t of_class;
+    std::array<std::uint32_t, kParticleBlock> of_sphere;
+  };
+  /// Of all touching runs, whose blocks get their numbers of lanes.
+  std::vector<FirstLanes> begin_chunks(const ParticleBlock& b, const std::vector<Chunks>& chunks, BlockWriter& writer) {
+    std::vector<FirstLanes> out;
+    out.reserve(chunks.size());
+    for (std::uint32_t r = b.runs_begin; r < b.runs_end; ++r) {
+      const PairRun& run = store_.runs[r];
+      if (run.candidates) continue;
+      const Chunks& of_run = chunks[out.size()];
+      FirstLanes& lanes = out.emplace_back();
+      lanes.of_class = classes_.touching(run.law, run.across_interface);
+      of_run.each([&](std::uint32_t sphere, std::uint32_t first, std::uint32_t lane, std::uint32_t pairs) {
+        const std::uint32_t n = run.first + first;
+        lanes.of_sphere[sphere] = n * kBlock + lane;
+        store_.shapes[n].begins = true;
+        for (std::uint32_t k = 0; k < pairs; ++k) writer.end(n + k, lane + 1);  // lanes come one after the other
+      });
+    }
+    return out;
   }
   /// All blocks of a run are full but the last. @param next where the pairs of each class end
   void end_candidates(const PairRun& run, const std::uint32_t* next, BlockWriter& writer) const {
@@ -358,12 +372,13 @@ class Layout {
   double skin_;
   int threads_;
   bool all_alike_ = false;
-  int only_law_ = -1;                  ///< of all pairs; -1: there are several
-  float per_skin_ = 0;                 ///< 1/m
-  float error_ = 0;                    ///< of a gap's share of the skin
-  std::vector<float> cutoffs_;         ///< by law, m
-  std::vector<std::uint8_t> touches_;  ///< by class
-  std::uint32_t count_ = 0;            ///< spheres without images
+  int only_law_ = -1;                         ///< of all pairs; -1: there are several
+  float per_skin_ = 0;                        ///< 1/m
+  float error_ = 0;                           ///< of a gap's share of the skin
+  std::vector<float> cutoffs_;                ///< by law, m
+  std::vector<std::uint32_t> class_of_step_;  ///< by law and step, of pairs that are not across an interface
+  std::vector<std::uint32_t> further_;        ///< by class: lanes from one pair of a sphere to the next
+  std::uint32_t count_ = 0;                   ///< spheres without images
   Classes classes_{};
   std::vector<std::uint32_t> sizes_;
   std::vector<std::uint32_t> cache_block_ends_;  ///< in spheres

@@ -104,10 +104,9 @@ void ParticleStore::add(const SphereSpec& in, int materials, std::optional<std::
                       static_cast<std::uint16_t>(in.material), in.kind, 0});
 }
 
-void ParticleStore::find_masses(const std::function<double(std::uint32_t)>& of_clump) {
+void ParticleStore::find_masses(bool all_free, const std::function<double(std::uint32_t)>& of_clump) {
   masses_.clear();
-  const auto all = spheres();
-  if (std::all_of(all.begin(), all.end(), [](const Sphere& s) { return s.kind == SphereKind::free; })) return;
+  if (all_free) return;
   masses_.resize(spheres_.size());
   for (std::uint32_t i = 0; i < size(); ++i) {
     const Sphere& s = spheres_[i];

@@ -73,8 +73,9 @@ class ParticleStore {
   double mass_at_surface(std::uint32_t i) const {
     return spheres_[i].kind == SphereKind::fixed ? spheres_[i].m : mass_in_contact(i);
   }
-  /// For new lists, images included. @param of_clump mass of the clump that a member belongs to, kg, by index
-  void find_masses(const std::function<double(std::uint32_t)>& of_clump);
+  /// For new lists, images included. @param all_free none is fixed or in a clump
+  /// @param of_clump mass of the clump that a member belongs to, kg, by index
+  void find_masses(bool all_free, const std::function<double(std::uint32_t)>& of_clump);
   Sphere now(std::uint32_t i) const;  ///< record in double of one sphere, or image, as it is now
   void stop(std::uint32_t i);         ///< within a step: neither velocity nor angular velocity any more
 

@@ -15,6 +15,7 @@ struct Count {
   Bounds box;
   double smallest = std::numeric_limits<double>::infinity(), largest = 0, sum = 0;
   std::vector<char> present;
+  bool all_free = true;
   std::uint32_t not_finite = kGone;  ///< first of these
 };
 
@@ -27,6 +28,7 @@ Count count_part(std::span<const Sphere> part, std::uint32_t first, int material
       c.not_finite = std::min(c.not_finite, first + static_cast<std::uint32_t>(i));
     c.box.include(s.x);
     c.smallest = std::min(c.smallest, s.r), c.largest = std::max(c.largest, s.r), c.sum += s.r;
+    c.all_free = c.all_free && s.kind == SphereKind::free;
     char& present = c.present[s.material];
     present = present == 0 ? 1 : 2;
   }
@@ -54,6 +56,7 @@ ParticleStatistics particle_statistics(std::span<const Sphere> spheres, int mate
                      "sphere " + std::to_string(spheres[c.not_finite].id) + ": position is not finite");
     out.box.include(c.box.low), out.box.include(c.box.high);
     smallest = std::min(smallest, c.smallest), out.largest = std::max(out.largest, c.largest), sum += c.sum;
+    out.all_free = out.all_free && c.all_free;
     for (std::size_t m = 0; m < out.present.size(); ++m) {
       const int both = out.present[m] + c.present[m];
       out.present[m] = static_cast<char>(std::min(both, 2));

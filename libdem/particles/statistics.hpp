@@ -12,6 +12,7 @@ struct ParticleStatistics {
   Bounds box;                                  ///< of the centres
   double smallest = 0, largest = 0, mean = 1;  ///< radius, m
   std::vector<char> present;                   ///< by material: none, 1, or 2 for more
+  bool all_free = true;                        ///< none is fixed or in a clump
 };
 
 /// Throws BedFault, at `time`, if a position is not finite.

@@ -106,11 +106,11 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   {
     NeighbourList list = find_neighbours(particles.spheres(), grid, cutoff, threads);
     if (options.periodic.any()) add_images(list, grid, statistics, cutoff);
-    fixed.find(particles.spheres());
+    fixed.find(statistics.all_free ? std::span<const Sphere>{} : particles.spheres());
     fixed.drop_pairs(list, particles.images());
     clumps.find(particles.spheres());
     clumps.drop_pairs(list);
-    particles.find_masses([&](std::uint32_t i) {
+    particles.find_masses(statistics.all_free, [&](std::uint32_t i) {
       const std::uint32_t clump = clumps.clump_at(i);
       // Of a state whose clumps are not there yet: as if it were alone.
       return clump == kGone ? particles[i].m : clumps.mass_at(clump);
