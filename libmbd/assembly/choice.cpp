@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "libmbd/assembly/assembly.hpp"
 
@@ -13,6 +15,11 @@ namespace {
 constexpr double pivot_share = 0.2;
 // Of the largest weight in a dependency: less is rounding.
 constexpr double least_weight = 1e-6;
+// An equation that keeps less of itself is weak: beside a singular configuration it is about the angle to it.
+constexpr double weak = 0.3;
+// So much stronger is the weakest equation of another order, for that order to be taken.
+constexpr double stronger = 2;
+constexpr int most_orders = 4;
 
 /// Number of joints between each body and the ground (or the first body of a part that hangs on nothing).
 std::vector<int> distances(const System& system) {
@@ -58,25 +65,31 @@ struct Share {
 /// Elimination with one dense work row; rows of L and U are kept sparse.
 class Elimination {
  public:
-  Elimination(const System& system, const SparseConstraints& c)
+  /// @param last equations that come behind all others
+  Elimination(const System& system, const SparseConstraints& c, const std::vector<int>& last)
       : system_(system),
         c_(c),
         distance_(distances(system)),
         rows_(row_scale(system)),
         columns_(coordinate_scale(system)),
         work_(static_cast<std::size_t>(system.coordinates()), 0.0),
-        pivoted_(work_.size(), 0) {}
-
-  Choice run() {
+        pivoted_(work_.size(), 0) {
     std::vector<int> order(static_cast<std::size_t>(system_.equations()));
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](int i, int j) { return farthest(i) < farthest(j); });
+    const auto place = [&](int row) {
+      return std::pair(std::find(last.begin(), last.end(), row) != last.end(), farthest(row));
+    };
+    std::stable_sort(order.begin(), order.end(), [&](int i, int j) { return place(i) < place(j); });
     for (const int row : order) eliminate(row);
     std::sort(choice_.redundant.begin(), choice_.redundant.end());
     for (int i = 0; i < system_.coordinates(); ++i)
       if (!pivoted_[static_cast<std::size_t>(i)]) choice_.independent.push_back(i);
-    return std::move(choice_);
   }
+
+  Choice& choice() { return choice_; }
+  /// Equations that keep little of themselves behind those before them, and the minimum share that one keeps.
+  const std::vector<int>& weak_rows() const { return weak_; }
+  double least_share() const { return least_share_; }
 
  private:
   int distance_of(int column) const { return distance_[static_cast<std::size_t>(column / 3 + 1)]; }
@@ -122,6 +135,8 @@ class Elimination {
       if (size > 0) list_dependency(row, lower);
       return;
     }
+    if (most < weak * size) weak_.push_back(row);
+    least_share_ = std::min(least_share_, most / size);
     const auto better = [&](const Entry& x, const Entry& y) {
       const bool x_turns = x.column % 3 == 2, y_turns = y.column % 3 == 2;
       if (x_turns != y_turns) return y_turns;
@@ -163,11 +178,24 @@ class Elimination {
   std::vector<char> pivoted_;
   std::vector<std::vector<Entry>> upper_;
   std::vector<std::vector<Share>> lower_;
+  std::vector<int> weak_;
+  double least_share_ = 1;
   Choice choice_;
 };
 
 }  // namespace
 
-Choice choose_coordinates(const System& system, const SparseConstraints& c) { return Elimination(system, c).run(); }
+Choice choose_coordinates(const System& system, const SparseConstraints& c) {
+  std::vector<int> last;
+  std::optional<Elimination> best(std::in_place, system, c, last);
+  for (int orders = 1; orders < most_orders && !best->choice().dependencies.empty(); ++orders) {
+    if (best->weak_rows().empty()) break;
+    last.insert(last.end(), best->weak_rows().begin(), best->weak_rows().end());
+    Elimination other(system, c, last);
+    if (!(other.least_share() > stronger * best->least_share())) break;
+    best.emplace(std::move(other));
+  }
+  return std::move(best->choice());
+}
 
 }  // namespace subsoil::mbd
