@@ -77,7 +77,8 @@ struct GroundElement {
     const double z = direct ? surface - foot.y : surface - base.r.y, rate = direct ? -foot.v : -base.v.y;
     const double rutted = scene.ruts[rut].at(foot.x).z;
     const double soil = ground_force(z, rate, rutted, speed_of(foot.v));
-    values = {soil, soil, std::max(surface - foot.y, 0.0), rutted};
+    // What presses deeper at this instant is rut too: the ground remembers it from the step's end on.
+    values = {soil, soil, std::max(surface - foot.y, 0.0), std::max(z, rutted)};
     if (direct) {
       loads.add(body, foot.arm, {0, soil});
       return {0, soil * rate, 0};

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
@@ -142,6 +143,28 @@ TEST(GroundElement, WheelPressesItsCircle) {
   EXPECT_EQ(ruts[0].at(0.12).z, 0);
   EXPECT_NEAR(force_at(e, ruts, 0.5, 0.03 - 0.2), K * 0.03, 1e-9) << "rolling on: new ground";
   EXPECT_EQ(force_at(e, ruts, 0, 0.029 - 0.2), 0) << "a millimetre up: let go";
+}
+
+// A wheel that is led forward and down has a rut as deep as it stands in every step, however far the ground's memory
+// lags behind: it takes the step's end.
+TEST(GroundElement, TheRutIsAsDeepAsWhatPressesDeeper) {
+  for (const double h : {1e-3, 2e-2}) {
+    GroundElement e = clay(0);
+    e.radius = 0.2, e.length = 0;
+    Model model;
+    e.body = model.add({.name = "wheel", .mass = m, .inertia = 1, .pose = {0, 0.21, 0}});
+    model.add("forward", CoordinateDriver{.body = e.body, .coordinate = Coordinate::x, .motion = {.velocity = 1.5}});
+    model.add("down", CoordinateDriver{.body = e.body, .coordinate = Coordinate::y, .motion = {.velocity = -0.3}});
+    model.add("clay", e);
+    Machine machine(model);
+    machine.start_from_pose();
+    for (int k = 1; k * h < 0.2; ++k) {
+      machine.advance(h);
+      const double depth = std::max(0.0, 0.3 * k * h - 0.01);
+      EXPECT_NEAR(machine.force_value("clay", "depth"), depth, 1e-9);
+      EXPECT_NEAR(machine.force_value("clay", "rut"), depth, 1e-9) << k * h;
+    }
+  }
 }
 
 TEST(GroundElement, StiffnessInItsFourForms) {
