@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "libmbd/elements.hpp"
+#include "libsim/scenario/towing_drivers.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -54,9 +54,7 @@ void add_spring(const RunFolder& run, QuantityList& out) {
 void add_pull(const RunFolder& run, QuantityList& out) {
   if (!run.scenario || !run.scenario->machine) return;
   std::vector<std::string> towing;
-  for (const NamedDriver& d : run.scenario->machine->drivers)
-    if (const auto* x = d.element.get_if<mbd::CoordinateDriver>(); x != nullptr && x->coordinate == mbd::Coordinate::x)
-      towing.push_back(d.name);
+  for (const TowingDriver& d : towing_drivers(*run.scenario->machine)) towing.push_back(d.name);
   const auto& drivers = run.scenario->machine->drivers;
   if (towing.empty() && drivers.size() == 1) towing.push_back(drivers.front().name);  // along a slide
   for (const std::string& name : towing) out.add(towing.size() == 1 ? "pull" : "pull of " + name, name + ".force");

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "libmbd/elements.hpp"
+#include "libsim/scenario/towing_drivers.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -97,9 +98,8 @@ double expected_speed(const Scenario& s, const World& world) {
 int way_of_drivers(const Scenario& s) {
   if (!s.machine) return 0;
   double way = 0;
-  for (const NamedDriver& d : s.machine->drivers)
-    if (const auto* x = d.element.get_if<mbd::CoordinateDriver>(); x != nullptr && x->coordinate == mbd::Coordinate::x)
-      for (int k = 0; k <= kSamples && s.time.end > 0; ++k) way += x->motion.rate(s.time.end * k / kSamples);
+  for (const TowingDriver& d : towing_drivers(*s.machine))
+    for (int k = 0; k <= kSamples && s.time.end > 0; ++k) way += d.motion->rate(s.time.end * k / kSamples);
   return way < 0 ? -1 : way > 0 ? 1 : 0;
 }
 
