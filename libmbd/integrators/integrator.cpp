@@ -297,6 +297,7 @@ void Integrator::advance_over_instants(double h) {
       partition_.accelerate(now_);
       anew = fire_due() || anew;
     }
+    if (anew && !finds_events() && watches_switches()) release_friction();
     if (anew) on_start();
     keep_begin();
   }

@@ -96,6 +96,7 @@ void Integrator::advance_over_events(double h) {
     keep_end();
     take_event(first);
     partition_.evaluate(now_);  // friction that has changed over
+    if (switches_.of_joint(first)) release_friction();
     keep_begin();
     begin_part();
     if (end - now_.t <= 1e-12 * h) break;

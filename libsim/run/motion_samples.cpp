@@ -63,7 +63,7 @@ bool MotionSamples::after_step() {
     if (t > before && !sums_up_) o_.summary->sample_mean(t, t - before, {});  // which moves its window
     if (!earlier && !(end > t + o_.close)) return true;
     if (t > before) ++o_.steps;
-    if (!write(t, instant_at(t, earlier ? 0 : o_.close), o_.stops)) return false;
+    if (!write(t, earlier ? instant_behind(t) : instant_at(t, o_.close), o_.stops)) return false;
     if (o_.stops) return o_.ended = true;
     const double due = next_due(t);
     t = end < due - o_.close ? end : due;
@@ -96,6 +96,13 @@ mbd::Instant MotionSamples::machine() {
 mbd::Instant MotionSamples::instant_at(double t, double close) {
   if (machine_.time() > t + close) return evaluation_->evaluate(machine_.dense_output(), t);
   return machine_.now();
+}
+
+mbd::Instant MotionSamples::instant_behind(double t) {
+  const mbd::DenseOutput& step = machine_.dense_output();
+  std::size_t segment = step.segment_at(t);
+  while (segment + 1 < step.count() && step.span(segment + 1).begin <= t) ++segment;
+  return evaluation_->evaluate(step, t, segment);
 }
 
 bool MotionSamples::search(double t) {

@@ -31,6 +31,8 @@ class MotionSamples : public Samples, private mbd::StepSignals {
 
   /// At a time of the last step; at the step's end where `t` is beyond it by `close` at the most.
   mbd::Instant instant_at(double t, double close = 0);
+  /// At a time in the last step, behind what jumps there: where a run stops.
+  mbd::Instant instant_behind(double t);
   /// Searches the last step up to t; true where the run is to end by then.
   bool search(double t);
   /// Row and frame, where they are due; false where the machine's energy is lost.

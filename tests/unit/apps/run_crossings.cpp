@@ -120,6 +120,39 @@ output: {{state: none, crossings: {{low: {{column: soil.gravity, at: 0.8*9.81 J,
 }
 
 // The chord of a parabola: off by a dt^2/8 of height at most, so of second order.
+// The block of 2 kg has come 0.5 m at a - 3 m/s^2 t from 3 m/s when it catches what comes at -4 m/s, and its friction
+// turns round. The last row is of what happened, by every method.
+TEST(Crossings, OfALatchEndARunBehindIt) {
+  for (const char* method : {"cvode", "ida", "adams-moulton"}) {
+    SCOPED_TRACE(method);
+    const RunDirectory dir;
+    const std::string file = dir.scenario(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies:
+    block: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 3 0 m/s}
+    other: {mass: 4 kg, inertia: 1 kg m^2, at: 5 0 m, velocity: -4 0 m/s}
+  joints: {rail: {translational: [ground, block], along: 1 0}, hook: {fixed: [block, other], at: 0 0 m}}
+  forces:
+    press: {force: block, along y: -20 N}
+    rub: {joint friction: rail, guide: 0.5 m, mu_s: 0.3, mu_k: 0.3, stick stiffness: 1e5 N/m}
+  measures: {way: {position: block, component: x}}
+  events: {catch: {closes: hook, measure: way, above: 0.5 m}}
+time: {end: 1 s, stop when: {caught: {column: hook.open, below: 0.5}}}
+output: {series every: 7 ms}
+)");
+    ASSERT_EQ(run_scenario(file, dir / "out", {std::string("time.machine={integrator: ") + method + "}"}), exit_ok);
+    const Series s = read_series(dir / "out" / "series.csv");
+    const double met = 1 - std::sqrt(1 - 2 * 0.5 / 3), before = 3 * (1 - met);
+    EXPECT_NEAR(s.at("time").back(), met, 1e-7);
+    EXPECT_EQ(s.at("hook.open").back(), 0);
+    EXPECT_EQ(s.at("hook.open")[s.rows() - 2], 1);
+    EXPECT_NEAR(s.at("block.vx").back(), (2 * before - 16) / 6, 1e-6);
+    EXPECT_NEAR(s.at("rub.force").back(), 6, 1e-6);
+    EXPECT_NEAR(s.at("block.ax").back(), 1, 1e-6);
+  }
+}
+
 TEST(Crossings, WithSoilAreOfSecondOrder) {
   const RunDirectory dir;
   const double exact = std::sqrt(0.4 / g);
