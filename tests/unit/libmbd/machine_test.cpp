@@ -10,6 +10,7 @@
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/spring_damper.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
+#include "libmbd/integrators/adaptive.hpp"
 #include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "tests/tools/message_of.hpp"
@@ -225,6 +226,37 @@ TEST(Machine, RefusalsNameWhatRuleAndCure) {
   EXPECT_EQ(refusal([&] { rig.advance(0); }), "machine step = 0.000000 s: must be above 0");
   EXPECT_EQ(refusal([] { Machine machine(test::make_rig().model, {.adams_moulton = {.order = 7}}); }),
             "adams-moulton order = 7: must be in [1, 6]");
+}
+
+// Two links that meet 0.2 rad above the line of their pins bear a load and do not move, beside a singular configuration
+// that they do not come nearer to: a method takes the steps of what swings beside them, and no other.
+TEST(Machine, ATrussThatStandsChangesNoStep) {
+  for (const IntegratorKind kind : {IntegratorKind::cvode, IntegratorKind::ida})
+    for (const bool far : {false, true}) {
+      SCOPED_TRACE(testing::Message() << (kind == IntegratorKind::ida ? "ida" : "cvode") << (far ? " far" : ""));
+      const double x = far ? 317.3 : 0, c = std::cos(0.2), s = std::sin(0.2);
+      const auto swing = [&](bool truss) {
+        Model m;
+        m.add({.name = "rod", .mass = 3, .inertia = 0.25, .pose = {x + 0.5, 0, 0}});
+        m.add("pin", Revolute{.body_a = 0, .body_b = 1, .p_a = {x, 0}, .p_b = {-0.5, 0}});
+        if (truss) {
+          m.add({.name = "one", .mass = 2, .inertia = 0.2, .pose = {x + 0.5 * c, 1 + 0.5 * s, 0.2}});
+          m.add({.name = "two", .mass = 2, .inertia = 0.2, .pose = {x + 1.5 * c, 1 + 0.5 * s, -0.2}});
+          m.add("a", Revolute{.body_a = 0, .body_b = 2, .p_a = {x, 1}, .p_b = {-0.5, 0}});
+          m.add("b", Revolute{.body_a = 2, .body_b = 3, .p_a = {0.5, 0}, .p_b = {-0.5, 0}});
+          m.add("c", Revolute{.body_a = 0, .body_b = 3, .p_a = {x + 2 * c, 1}, .p_b = {0.5, 0}});
+        }
+        Machine machine(m, {.integrator = kind});
+        machine.start_from_pose();
+        for (int k = 0; k < 200; ++k) machine.advance(0.01);
+        return std::pair(dynamic_cast<const Adaptive&>(machine.integrator()).steps(), machine.body(1).angle);
+      };
+      const auto alone = swing(false), beside = swing(true);
+      EXPECT_NEAR(beside.second, alone.second, 1e-6);
+      // ida holds all coordinates in one norm, in which those that rest count too.
+      const long share = kind == IntegratorKind::ida ? alone.first / 5 : 0;
+      EXPECT_LE(std::abs(beside.first - alone.first), share) << alone.first;
+    }
 }
 
 TEST(Machine, EndOfTravelNamesTheJoint) {
