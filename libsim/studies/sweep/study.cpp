@@ -16,6 +16,7 @@
 #include "libsim/base/live_line.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
+#include "libsim/io/file_lock.hpp"
 #include "libsim/post/run_folder.hpp"
 #include "libsim/scenario/load.hpp"
 
@@ -152,14 +153,19 @@ std::vector<std::size_t> open_points(const Study& study, const std::filesystem::
 bool run_points(const Study& study, const std::filesystem::path& folder, const std::vector<std::size_t>& points,
                 const PoolOptions& options) {
   std::vector<PoolJob> jobs;
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);  // all points together
   for (const std::size_t k : points) {
     const std::filesystem::path place = point_folder(folder, k);
     PoolJob job{{"run", study.scenario, "--out", place.string(), "--force"}, place / "log.txt"};
     job.arguments.insert(job.arguments.end(), {"--threads", std::to_string(options.threads)});
     for (const std::string& set : study.points[k].sets) job.arguments.insert(job.arguments.end(), {"--set", set});
     jobs.push_back(std::move(job));
-    // What a kill has left of the point must not be taken for a result of this run.
     std::filesystem::create_directories(place);
+    // The run of a killed sweep holds its folder until it has died, too: a moment, on a busy computer. Of one that goes
+    // on the point says so itself.
+    const std::chrono::duration<double> left = until - std::chrono::steady_clock::now();
+    await_unlocked(place / "run.lock", left.count());
+    // What a kill has left of the point must not be taken for a result of this run.
     for (const char* file : {"point.json", "summary.json", "series.csv"}) std::filesystem::remove(place / file);
   }
   Progress progress(study, folder, points, pool_places(usable_cores(), options).size());

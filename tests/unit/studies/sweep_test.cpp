@@ -11,6 +11,7 @@
 #include "libsim/io/csv.hpp"
 #include "libsim/io/hdf5.hpp"
 #include "libsim/post/run_folder.hpp"
+#include "libsim/run/output_folder.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/studies/sweep/effects.hpp"
 #include "libsim/studies/sweep/slurm.hpp"
@@ -314,6 +315,28 @@ TEST(Sweep, KilledGoesOnWhereItWasAndGivesTheSameTable) {
     EXPECT_NEAR(sag[k], -2 * mass[k] * 9.81 / (400 * factor[k]), 1e-3 * std::abs(sag[k]));
   EXPECT_TRUE(std::filesystem::exists(folder / "out" / "sweep.html"));
   EXPECT_FALSE(std::filesystem::exists(folder / "out" / "points" / "0001" / "run.h5")) << "only numbers are kept";
+}
+
+// What a killed sweep leaves at work holds the folder of its point until it has died: the next sweep waits for it.
+TEST(Sweep, WaitsForTheRunsOfAKilledOne) {
+  const SweepFolder folder;
+  const std::string plan = folder.plan(plan_text);
+  const std::filesystem::path point = folder / "out" / "points" / "0001";
+  std::filesystem::create_directories(point);
+  const pid_t left = fork();
+  if (left == 0) {
+    const FolderLock lock(point);
+    while (true) pause();
+  }
+  while (!reported_progress(point)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const pid_t sweep = start_sweep(plan, folder / "out");
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  kill(left, SIGKILL);
+  EXPECT_EQ(code_of(left), 128 + SIGKILL);
+  EXPECT_EQ(code_of(sweep), 0);
+  EXPECT_EQ(done_points(folder / "out").size(), 6U);
+  for (const auto& file : done_points(folder / "out"))
+    EXPECT_NE(test::text_of(file).find("\"reached\""), std::string::npos) << file << test::text_of(file);
 }
 
 TEST(Sweep, FailedPointsStayVisibleWithTheirCause) {
