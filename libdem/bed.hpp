@@ -159,7 +159,7 @@ class Bed {
   std::span<const BrokenBond> broken_bonds() const;  ///< since the start, in the order in which they broke
   std::vector<std::array<std::uint32_t, 2>> bonded_pairs() const;  ///< ids, sorted
 
-  /// Spheres that rest far from all moving surfaces sleep from now on, or none; sleeping ones continue from rest.
+  /// Spheres that rest far from all moving surfaces sleep from now on, or none; all are awake when it is called.
   void set_active(const std::optional<ActiveRule>& rule);
   bool freezes() const;  ///< whether there is such a rule
   std::size_t frozen_count() const;

@@ -43,6 +43,7 @@ double distance(const Bounds& box, const Boundary& b) {
 void ActiveRegion::set_rule(const std::optional<ActiveRule>& rule) {
   rule_ = rule;
   forget();
+  balance_.clear();
 }
 
 void ActiveRegion::keep(std::span<Sphere> spheres) {

@@ -318,6 +318,7 @@ void Bed::set_active(const std::optional<ActiveRule>& rule) {
         "active bed: forces of a program on its spheres may change while these sleep; leave one of them out");
   if (rule && impl_->clumps.any()) throw std::invalid_argument("active bed: clumps cannot be frozen");
   impl_->region.set_rule(rule);
+  for (Sphere& s : impl_->particles.spheres()) s.calm = 0;
   impl_->criterion.invalidate();  // what is known of blocks comes with new lists
 }
 bool Bed::freezes() const { return impl_->region.on(); }

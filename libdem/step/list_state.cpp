@@ -14,7 +14,7 @@ namespace {
 
 /// What lists were built from, and what they look like.
 struct Listed {
-  std::size_t spheres = 0, blocks = 0, runs = 0, chunks = 0;
+  std::size_t spheres = 0, blocks = 0, runs = 0, planes = 0, chunks = 0;
   double skin = 0;            ///< m
   std::vector<Vec3> places;   ///< of the spheres
   std::vector<Pose> poses;    ///< of the boundaries
@@ -22,7 +22,8 @@ struct Listed {
   std::vector<int> contacts;  ///< likewise
 
   void archive(Archive& a) {
-    a("spheres", spheres)("blocks", blocks)("runs", runs)("chunks", chunks)("skin", skin)("places", places);
+    a("spheres", spheres)("blocks", blocks)("runs", runs)("planes", planes)("chunks", chunks)("skin", skin)("places",
+                                                                                                            places);
     std::size_t boundaries = poses.size();
     a("boundaries", boundaries);
     for (std::size_t b = 0; b < boundaries; ++b) {
@@ -54,6 +55,12 @@ void Bed::Impl::archive_since_listed(Archive& a) {
     a("stored", b.stored)("pairs", b.pairs)("overlap", b.overlap);
   }
   for (SurfaceChunk& c : surfaces.chunks) dem::archive(a, "lost at surfaces", c.lost);
+  // What sleeping spheres bear on flat faces stays as it was summed last.
+  if (a.reads() ? a.has("flat faces") : region.on())
+    a.group("flat faces", [&] {
+      for (PlaneRun& r : surfaces.plane_runs)
+        a("force", r.wrench.force)("moment", r.wrench.moment)("in reach", r.in_reach)("stored", r.stored);
+    });
   if (a.reads() ? a.has("work of forces") : forces.any()) a.group("work of forces", [&] { forces.archive_lists(a); });
   a("frozen before", balance.frozen_before);
   a.group("sleep", [&] { region.archive_lists(a, balance.of_block); });
@@ -65,6 +72,7 @@ void Bed::Impl::save_lists(Archive& a) {
   Listed was{.spheres = particles.size(),
              .blocks = contacts.particle_blocks.size(),
              .runs = contacts.runs.size(),
+             .planes = surfaces.plane_runs.size(),
              .chunks = surfaces.chunks.size(),
              .skin = criterion.skin(),
              .places = {},
@@ -126,7 +134,7 @@ void Bed::Impl::restore_lists(Archive& a) {
   bonds.count = bonded, balance.lost_before = lost;
   now.rebuilds = rebuilds;
   if (!same || was.blocks != contacts.particle_blocks.size() || was.runs != contacts.runs.size() ||
-      was.chunks != surfaces.chunks.size()) {
+      was.planes != surfaces.plane_runs.size() || was.chunks != surfaces.chunks.size()) {
     criterion.invalidate();  // laws of another cutoff: nothing of the old lists holds, the next step builds new ones
     a.drop("since");
     return;

@@ -100,14 +100,16 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
         fmt::format("{}: the bed covers {:.2g} of the container's floor of {:.4g} by {:.4g} m; is the unit right?",
                     loaded.where("soil.container.size"), volume / layer, size.x, size.z));
   Faces walls{}, open{};
-  for (std::size_t f = 0; f < walls.size(); ++f) walls[f] = has_wall(*s.soil->container, f);
+  for (std::size_t f = 0; f < walls.size(); ++f) {
+    open[f] = s.soil->container->open_after_settling[f];
+    walls[f] = has_wall(*s.soil->container, f) && !open[f];
+  }
+  const Vec3 low = s.soil->container->at + Vec3{0, world.container_shift, 0}, high = low + size;
   if (const std::size_t count = spheres_beyond(walls, s, world, open); count > 0)
-    out.push_back(
-        fmt::format("{}: {} of {} spheres start beyond a wall of the container, which holds ({:.4g}, {:.4g}, "
-                    "{:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m: are their places and units right?",
-                    loaded.where("soil.bed"), count, world.bed->spheres().size(), s.soil->container->at.x,
-                    s.soil->container->at.y, s.soil->container->at.z, s.soil->container->at.x + size.x,
-                    s.soil->container->at.y + size.y, s.soil->container->at.z + size.z));
+    out.push_back(fmt::format(
+        "{}: {} of {} spheres start beyond a wall of the container, which holds ({:.4g}, {:.4g}, "
+        "{:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m: are their places and units right?",
+        loaded.where("soil.bed"), count, world.bed->spheres().size(), low.x, low.y, low.z, high.x, high.y, high.z));
 }
 
 void look_at_carved(const Loaded& loaded, const World& world, Texts& out) {

@@ -36,6 +36,7 @@ void archive_fibres(Archive& a, SoilReport& soil) {
 void archive_soil(Archive& a, SavedRun& saved) {
   SoilReport& s = saved.soil;
   a("step", saved.soil_step)("spheres", s.spheres)("mass", s.mass)("settled for", s.settled_for);
+  if (!a.reads() || a.has("clumps")) a("clumps", s.clumps);
   a("rms speed", s.rms_speed)("bulk density", s.bulk_density)("surface mean", s.surface_mean);
   a("surface spread", s.surface_spread)("coordination", s.coordination)("carved", s.carved);
   a("container shift", saved.container_shift);
@@ -60,6 +61,7 @@ void put_progress(StateWriter& out, const RunProgress& p) {
   out.put("run/particles/material", p.particles.material);
   if (!p.particles.clump.empty()) out.put("run/particles/clump", p.particles.clump);
   if (!p.particles.fibre.empty()) out.put("run/particles/fibre", p.particles.fibre);
+  if (!p.particles.volume.empty()) out.put("run/particles/solid volume", p.particles.volume);
   if (p.particles.repeats()) {
     out.put_vectors("run/particles/at rest", p.particles.at_rest);
     out.put("run/particles/period", p.particles.period);
@@ -85,6 +87,7 @@ RunProgress progress_of(const StateReader& in) {
   }
   if (in.has("run/particles/clump")) p.particles.clump = in.get<std::int32_t>("run/particles/clump");
   if (in.has("run/particles/fibre")) p.particles.fibre = in.get<std::int32_t>("run/particles/fibre");
+  if (in.has("run/particles/solid volume")) p.particles.volume = in.get<double>("run/particles/solid volume");
   return p;
 }
 
@@ -331,7 +334,6 @@ void restore(const SavedRun& saved, World& world, coupling::Simulation& simulati
     else
       world.bed->restore(saved.bed);
     world.soil = saved.soil;
-    world.soil.clumps = world.bed->clumps().size();
     number_fibres(world);
     world.bed->set_floor_drop(world.bed->options().floor_drop + saved.container_shift - world.container_shift);
     world.container_shift = saved.container_shift;

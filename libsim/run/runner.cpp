@@ -10,6 +10,8 @@
 #include "libsim/base/json.hpp"
 #include "libsim/base/live_line.hpp"
 #include "libsim/base/version.hpp"
+#include "libsim/io/atomic_file.hpp"
+#include "libsim/io/atomic_file.hpp"
 #include "libsim/io/frame_parts.hpp"
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/analysis.hpp"
@@ -26,6 +28,7 @@
 #include "libsim/run/settling_checkpoint.hpp"
 #include "libsim/run/signals.hpp"
 #include "libsim/scenario/gravity.hpp"
+#include "libsim/setup/active_rule.hpp"
 #include "libsim/setup/moving_soil.hpp"
 #include "libsim/setup/world.hpp"
 
@@ -155,6 +158,11 @@ void refuse_columns(const Loaded& loaded) {
   if (s.soil && s.soil->bed && s.soil->bed->settles()) static_cast<void>(place_and_list_columns(loaded));
 }
 
+/// That spheres rest is known of the scenario that wrote the state only.
+void wake_soil(const Scenario& s, World& world) {
+  if (s.soil && s.soil->active) world.bed->set_active(active_rule(*s.soil->active));
+}
+
 /// The run as asked for, in a folder that is locked.
 int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
                FolderLock& lock, const std::optional<SavedSettling>& settling_from = std::nullopt) {
@@ -165,7 +173,11 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   if (saved && saved->moving) options.moving = saved->moving.get();
   LiveLine settling;
   const SignalGuard guard;  // from here on a signal ends in an orderly way, also while the bed settles
+  bool begun = false;
   options.progress = [&, first = true](double time, double rms) mutable {
+    // What `resume` begins again where a run is killed before it keeps its settling. A folder with results has its own.
+    if (first && !std::filesystem::exists(request.out / "series.csv"))
+      write_atomically(request.out / "scenario.yaml", write_scenario(loaded.scenario)), begun = true;
     if (std::exchange(first, false) || settling.due())
       settling.show(fmt::format("settling: {:.3f} s, rms speed {:.2g} m/s", time, rms));
     return caught_signal() == 0;
@@ -177,10 +189,17 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     checkpoint.keep(state, bed.kernel_name());
   };
   if (!saved && !settling_from) refuse_columns(loaded);
-  World world = build_world(loaded, options);
+  World world = [&] {
+    try {
+      return build_world(loaded, options);
+    } catch (const ScenarioError&) {  // a refusal leaves nothing
+      if (begun) SettlingCheckpoint::remove(request.out), std::filesystem::remove(request.out / "scenario.yaml");
+      throw;
+    }
+  }();
   if (saved) keep_step(world, loaded, *saved, request);
   settling.close();
-  report_soil(world);
+  if (!saved) report_soil(world);
   say_dense_frames(loaded, world);
   if (world.bed)
     spdlog::info("soil step {:.4g} s = {:.2f} of the stable step {:.4g} s ({})", world.step.soil_step,
@@ -191,6 +210,8 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   if (goes_on) look_at_origin(*saved, world, request.from);
   if (settling_from) look_at_program(settling_from->version, settling_from->instruction_set, world, "settling.h5");
   Stepper stepper(loaded, std::move(world), saved ? &*saved : nullptr);
+  if (saved) report_soil(stepper.world());  // before, spheres stood at the datum and the container did not
+  if (!request.changes.empty()) wake_soil(loaded.scenario, stepper.world());
   return RunLoop(loaded, request, stepper, saved, lock, goes_on).run();
 }
 

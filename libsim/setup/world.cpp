@@ -10,6 +10,8 @@
 
 #include "libdem/particles/particles.hpp"
 #include "libsim/base/input_limits.hpp"
+#include "libsim/setup/active_rule.hpp"
+#include "libsim/setup/active_rule.hpp"
 #include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/clearing.hpp"
 #include "libsim/setup/laws.hpp"
@@ -484,8 +486,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
       if (options.place_soil) clear_machine(world, loaded, soil.is_loose());
       if (moving && world.soil.carved > 0) count_window(world);
       soil.check_wheel_datum();
-      if (s.soil && s.soil->active)
-        world.bed->set_active(dem::ActiveRule{s.soil->active->within, s.soil->active->below.value_or(0)});
+      if (s.soil && s.soil->active) world.bed->set_active(active_rule(*s.soil->active));
       world.bed->let_bonds_form();  // a restart puts in place of it what the state says
     }
   } else {

@@ -411,6 +411,8 @@ TEST(ActiveBed, RestartContinuesWithTheSameBits) {
       other.bed->restore(saved);
       for (int n = 0; n < 4; ++n) {
         s.step(37, moves), other.step(37, moves);
+        for (int b = 0; b < s.bed->boundary_count(); ++b)
+          ASSERT_EQ(other.bed->boundary(b).wrench.force, s.bed->boundary(b).wrench.force) << b;
         s.step(1, moves, true), other.step(1, moves, true);
         ASSERT_EQ(hash(*other.bed), hash(*s.bed)) << frozen.size() << ", " << n;
         ASSERT_EQ(other.bed->frozen_count(), s.bed->frozen_count());

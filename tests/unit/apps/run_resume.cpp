@@ -242,6 +242,25 @@ TEST(Resume, ABedOnItsWayToRest) {
   EXPECT_FALSE(std::filesystem::exists(out / "settling.h5"));
 }
 
+/// Killed before anything of the settling is kept: it begins again. A refusal after settling leaves no folder to
+/// resume.
+TEST(Resume, ABedKilledAtOnceBeginsAgain) {
+  const RunDirectory dir;
+  const std::string file =
+      dir.scenario(with_bed("fill: random, material: soil, radius: 5 mm, count: 450, settle: {until: 1 mm/s}"));
+  const auto out = dir / "out";
+  const pid_t child = fork();
+  if (child == 0) _exit(run_scenario(file, out));
+  while (!std::filesystem::exists(out / "scenario.yaml")) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  RunRequest request;
+  request.threads = 1;
+  EXPECT_EQ(resume(out, request), exit_ok);
+  EXPECT_TRUE(std::filesystem::exists(out / "summary.json"));
+}
+
 /// What is saved of a bed is of no use for another one.
 TEST(Resume, ASettlingOfAnotherScenarioIsNotTaken) {
   const test::Scratch dir;
@@ -272,6 +291,49 @@ TEST(Resume, BondedBed) {
   text.replace(text.find("{<<: *dry, between: [pan, steel]}"), 33,
                "{between: [pan, steel], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}");
   expect_no_seam(text);
+}
+
+constexpr const char* sleeping = R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 100 120 80 mm, at: 0 0 0 m, material: steel, open after settling: [+x]}
+  surface: 0 mm
+  active: {within: 20 mm, below: 5 mm/s}
+  bed: {fill: random, material: soil, radius: 8 mm, count: 150, settle: {until: 1 mm/s}}
+boundaries:
+  - {name: weir, material: steel, shape: {box: 4 200 200 mm}, at: 102 0 0 mm}
+time: {end: 150 ms}
+output: {every: 50 ms, series every: 2 ms, monitor: {weight: {soil force: container, along: 0 -1}}}
+)";
+
+/// Sleeping spheres are not evaluated again: what they bear on walls comes with the state, and under another gravity
+/// nothing that was known of them holds.
+TEST(Resume, SleepingSoilRestsOnItsWallsAndWakesUnderAnotherGravity) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(sleeping);
+  RunRequest request;
+  request.scenario = file, request.out = dir / "first", request.sets = {"output.state=full"};
+  ASSERT_EQ(run(request), exit_ok);
+  const Series first = read_series(dir / "first" / "series.csv");
+  const double asleep = first.at("soil.frozen spheres").back(), weight = first.at("weight").back();
+  ASSERT_GT(asleep, 100);
+  ASSERT_GT(weight, 1);
+
+  request.from = latest_state(dir / "first").value(), request.out = dir / "further", request.sets = {"time.end=170 ms"};
+  ASSERT_EQ(run(request), exit_ok);
+  const Series further = read_series(dir / "further" / "series.csv");
+  for (const double w : further.at("weight")) EXPECT_NEAR(w, weight, 1e-6 * weight);
+  const nlohmann::json summary = test::summary_of(dir / "further");
+  for (const auto& warning : summary["warnings"])
+    EXPECT_EQ(warning.get<std::string>().find("beyond a wall"), std::string::npos) << warning;
+
+  request.out = dir / "tilted", request.sets.push_back("gravity=6 -7.75 0 m/s^2"), request.changes = {"gravity"};
+  ASSERT_EQ(run(request), exit_ok);
+  EXPECT_EQ(read_series(dir / "tilted" / "series.csv").at("soil.frozen spheres")[1], 0);
 }
 
 TEST(Resume, AMachineAloneIsRunAgain) {
