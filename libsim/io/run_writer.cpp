@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "libdem/geometry/bounds.hpp"
 #include "libsim/io/array_file.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/disk.hpp"
@@ -347,6 +348,21 @@ XdmfGrid RunWriter::Impl::write_contacts(const ContactLines& lines, const std::s
   return grid;
 }
 
+namespace {
+
+/// Whether floats leave of a surface, far from the origin, less than a hundred-thousandth of its size.
+bool is_coarse_in_floats(const std::vector<dem::Vec3>& vertices) {
+  dem::Bounds box;
+  double farthest = 0;
+  for (const dem::Vec3& v : vertices) {
+    box.include(v);
+    for (int d = 0; d < 3; ++d) farthest = std::max(farthest, std::abs(v[d]));
+  }
+  return farthest * 0x1p-24 > 1e-5 * box.diagonal();
+}
+
+}  // namespace
+
 XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const Frame& frame, const std::string& group) {
   const auto& s = surfaces[i];
   XdmfGrid grid{s.name, fixed_vertices[i], cells[i], {}};
@@ -360,8 +376,12 @@ XdmfGrid RunWriter::Impl::write_surface(std::size_t i, const Frame& frame, const
   } else {
     for (const dem::Vec3& v : s.vertices) world.push_back(frame.surfaces[i].to_world(v));
   }
-  grid.vertices = file.put_real(group + "/surfaces/" + file_name_of(s.name), world.size(), 3, "m",
-                                [&](std::size_t k) { return world[k / 3][static_cast<int>(k % 3)]; });
+  const std::string path = group + "/surfaces/" + file_name_of(s.name);
+  const auto value = [&](std::size_t k) { return world[k / 3][static_cast<int>(k % 3)]; };
+  if (file.precision() == FramePrecision::rounded && is_coarse_in_floats(world))
+    grid.vertices = file.put<double>(path, world.size(), 3, "m", value);
+  else
+    grid.vertices = file.put_real(path, world.size(), 3, "m", value);
   return grid;
 }
 

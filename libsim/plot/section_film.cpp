@@ -64,7 +64,8 @@ std::vector<SectionFilm::Cut> SectionFilm::cut(std::size_t frame) const {
 }
 
 std::vector<float> SectionFilm::vertices(std::size_t frame, const FrameSurface& s) const {
-  std::vector<float> moved = s.moves ? file_.surface(frame, s) : std::vector<float>{};
+  const std::vector<double> places = s.moves ? file_.surface(frame, s) : std::vector<double>{};
+  std::vector<float> moved(places.begin(), places.end());
   file_.put_in_window(frame, moved);
   return moved.empty() ? s.vertices : moved;
 }

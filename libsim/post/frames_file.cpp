@@ -178,10 +178,10 @@ FrameContacts FramesFile::contact_forces(std::size_t frame) const {
   return out;
 }
 
-std::vector<float> FramesFile::surface(std::size_t frame, const FrameSurface& s) const {
+std::vector<double> FramesFile::surface(std::size_t frame, const FrameSurface& s) const {
   const std::string path = "surfaces/" + s.name;
   if (!holds(frame, path)) return {};
-  std::vector<float> vertices = h5::read<float>(file_, group(frame) + "/" + path);
+  std::vector<double> vertices = h5::read<double>(file_, group(frame) + "/" + path);
   if (vertices.size() != s.vertices.size()) throw std::runtime_error(group(frame) + "/" + path + " has lost vertices");
   return vertices;
 }

@@ -32,7 +32,7 @@ class SurfaceSamples {
   virtual const std::vector<double>& times() const = 0;  ///< s
   virtual const std::vector<FrameSurface>& surfaces() const = 0;
   /// World vertices of a surface that moves, one of surfaces(); empty where the sample has none.
-  virtual std::vector<float> surface(std::size_t sample, const FrameSurface& s) const = 0;
+  virtual std::vector<double> surface(std::size_t sample, const FrameSurface& s) const = 0;
 };
 
 /// The spheres of a frame, in rising id.
@@ -86,7 +86,7 @@ class FramesFile final : public SurfaceSamples {
   std::vector<float> numbers(std::size_t frame, const std::string& name) const;
   /// Of frames that hold `contact forces`.
   FrameContacts contact_forces(std::size_t frame) const;
-  std::vector<float> surface(std::size_t frame, const FrameSurface& s) const override;
+  std::vector<double> surface(std::size_t frame, const FrameSurface& s) const override;
   /// What a frame holds under this name.
   bool holds(std::size_t frame, const std::string& name) const;
 
