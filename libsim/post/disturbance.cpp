@@ -57,7 +57,7 @@ Disturbance disturbance_of(const FramesFile& file, const Scenario* scenario, dou
   if (scenario != nullptr && scenario->machine)
     for (const Surface& s : scenario->machine->surfaces) body_of[s.name] = s.body;
   Disturbance out;
-  if (file.particles() > 0) out.tool = tool_path(file, surface, body_of);
+  if (file.particles() > 0) out.tool = tool_path(file, surface, body_of, periodic_cell(scenario));
   if (scenario != nullptr && scenario->output.region)
     out.why = "`output.region` leaves soil out of the frames";
   else if (out.tool)

@@ -98,7 +98,8 @@ std::vector<double> heights(const FramesFile& file, const FrameSpheres& s, const
   return mean;
 }
 
-void take_profile(const ToolPath& tool, Furrow& f) {
+void take_profile(const ToolPath& tool, const dem::PeriodicCell& cell, Furrow& f) {
+  const auto beside = [&](std::size_t c) { return cell.shortest({0, 0, f.z[c] - tool.middle}).z; };
   std::size_t left = f.columns, right = f.columns;  // the highest columns beside the tool
   for (std::size_t c = 0; c < f.columns; ++c) {
     f.z.push_back(f.z0 + (static_cast<double>(c) + 0.5) * f.column);
@@ -108,14 +109,15 @@ void take_profile(const ToolPath& tool, Furrow& f) {
     f.heave = std::max(f.heave, rise);
     f.depth = std::max(f.depth, -rise);
     if (-rise > 0.1 * f.cell) f.width += f.column;
-    std::size_t& ridge = f.z[c] < tool.middle ? left : right;
+    std::size_t& ridge = beside(c) < 0 ? left : right;
     if (rise > 0 && (ridge == f.columns || rise > f.after[ridge] - f.before[ridge])) ridge = c;
   }
-  f.ridge_to_ridge = left < f.columns && right < f.columns ? f.z[right] - f.z[left] : none;
+  f.ridge_to_ridge = left < f.columns && right < f.columns ? beside(right) - beside(left) : none;
 }
 
 /// Solid fraction at the middle of every cell, mean along the stretch.
-std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s, const Furrow& f) {
+std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s, const dem::PeriodicCell& cell,
+                                   const Furrow& f) {
   const auto nx = static_cast<std::size_t>(std::max(1.0, std::floor((f.until - f.from) / f.cell)));
   FieldGrid grid;
   grid.spacing = {f.cell, f.cell, f.column};
@@ -126,7 +128,8 @@ std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s
   for (std::size_t i = 0; i < s.index.size(); ++i) {
     const double r = file.radius()[s.index[i]];
     const float* p = &s.position[3 * i];
-    coarse.add({.position = {p[0], p[1], p[2]}, .volume = 4.0 / 3.0 * M_PI * r * r * r});
+    for (double image = cell.length.z > 0 ? -1 : 0; image <= (cell.length.z > 0 ? 1 : 0); ++image)
+      coarse.add({.position = {p[0], p[1], p[2] + image * cell.length.z}, .volume = 4.0 / 3.0 * M_PI * r * r * r});
   }
   const GrainFields fields = coarse.finish();
   std::vector<double> mean(f.rows * f.columns, 0.0);
@@ -138,8 +141,9 @@ std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s
   return mean;
 }
 
-void take_loosened(const FramesFile& file, const Displaced& d, Furrow& f) {
-  const std::vector<double> before = solid_fraction(file, d.before, f), after = solid_fraction(file, d.after, f);
+void take_loosened(const FramesFile& file, const Displaced& d, const dem::PeriodicCell& cell, Furrow& f) {
+  const std::vector<double> before = solid_fraction(file, d.before, cell, f),
+                            after = solid_fraction(file, d.after, cell, f);
   f.loosened.assign(before.size(), none);
   for (std::size_t k = 0; k < before.size(); ++k) {
     const std::size_t column = k % f.columns;
@@ -289,19 +293,21 @@ std::optional<Furrow> furrow(const FramesFile& file, const ToolPath& tool, doubl
     return {};
   }
   f.from = tool.direction > 0 ? start : -end, f.until = tool.direction > 0 ? end : -start;
-  f.y0 = y.low - 0.5 * f.cell, f.z0 = z.low - 0.5 * f.cell;
+  const bool endless = cell.length.z > 0;  // across: columns fill the cell, and its sides are one place
+  const double width = endless ? cell.length.z : z.high - z.low + f.cell;
+  f.y0 = y.low - 0.5 * f.cell, f.z0 = endless ? cell.low.z : z.low - 0.5 * f.cell;
   // Whole cells, of which the uppermost takes what is left: disturbed soil at a wall must lie in one of them. Across
   // they are as wide as fills the bed, so that a mirror image has the same.
   f.rows = static_cast<std::size_t>(std::max(1.0, std::round((y.high - y.low) / f.cell + 1)));
-  f.columns = static_cast<std::size_t>(std::max(1.0, std::round((z.high - z.low) / f.cell + 1)));
-  f.column = (z.high - z.low + f.cell) / static_cast<double>(f.columns);
+  f.columns = static_cast<std::size_t>(std::max(1.0, std::round(width / f.cell)));
+  f.column = width / static_cast<double>(f.columns);
   f.threshold = 0.5 * f.cell;
   f.before = heights(file, d.before, f);
   f.after = heights(file, d.after, f);
-  take_profile(tool, f);
+  take_profile(tool, cell, f);
   const Displaced ways = unwrapped(d, cell);
   take_disturbed(ways, f);
-  take_loosened(file, d, f);
+  take_loosened(file, d, cell, f);
   if (f.disturbed_area > 0) f.swell = (f.heap_area - f.furrow_area) / f.disturbed_area;
   take_layers(file, tool, ways, y, f);
   return f;

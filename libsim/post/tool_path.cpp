@@ -9,12 +9,12 @@ namespace subsoil::sim {
 namespace {
 
 constexpr double far = std::numeric_limits<double>::infinity();
-constexpr double level_edge = 1e-5;                // m; frames round to some micrometres
-using Vertices = std::vector<std::vector<float>>;  // per surface of the tool
+constexpr double level_edge = 1e-5;                 // m; frames round to some micrometres
+using Vertices = std::vector<std::vector<double>>;  // per surface of the tool
 
-double lowest(const std::vector<float>& vertices) {
+double lowest(const std::vector<double>& vertices) {
   double low = far;
-  for (std::size_t i = 1; i < vertices.size(); i += 3) low = std::min(low, static_cast<double>(vertices[i]));
+  for (std::size_t i = 1; i < vertices.size(); i += 3) low = std::min(low, vertices[i]);
   return low;
 }
 
@@ -22,7 +22,7 @@ double lowest(const std::vector<float>& vertices) {
 double front_at(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices, double y) {
   double front = -far;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
-    const std::vector<float>& v = vertices[k];
+    const std::vector<double>& v = vertices[k];
     for (const auto& t : file.surfaces()[tool.surfaces[k]].triangles)
       for (int e = 0; e < 3; ++e) {
         const auto a = 3 * static_cast<std::size_t>(t[static_cast<std::size_t>(e)]),
@@ -67,13 +67,13 @@ void follow(const SurfaceSamples& file, ToolPath& tool) {
   for (std::size_t f = 0; f < file.times().size(); ++f) {
     double low = far, tip = 0, rear = far;
     for (const std::size_t s : tool.surfaces) {
-      const std::vector<float> v = file.surface(f, file.surfaces()[s]);
+      const std::vector<double> v = file.surface(f, file.surfaces()[s]);
       for (std::size_t i = 0; i + 2 < v.size(); i += 3) {
         // Of a level edge or face the foremost point is the tip.
         const bool level = std::abs(v[i + 1] - low) < level_edge;
         const double place = v[i + tool.axis];
         if (level ? tool.direction * place > tool.direction * tip : v[i + 1] < low) tip = place;
-        low = std::min(low, static_cast<double>(v[i + 1]));
+        low = std::min(low, v[i + 1]);
         if (v[i + 1] < tool.soil_surface) rear = std::min(rear, tool.direction * place);
       }
     }
@@ -87,22 +87,29 @@ void follow(const SurfaceSamples& file, ToolPath& tool) {
 double middle_along(const SurfaceSamples& file, const ToolPath& tool, std::size_t frame, std::size_t axis) {
   double sum = 0, count = 0;
   for (const std::size_t s : tool.surfaces) {
-    const std::vector<float> v = file.surface(frame, file.surfaces()[s]);
+    const std::vector<double> v = file.surface(frame, file.surfaces()[s]);
     for (std::size_t i = 0; i + 2 < v.size(); i += 3) sum += v[i + axis], ++count;
   }
   return sum / count;
 }
 
+/// Across the travel, within the periodic sides.
+double within_sides(double place, const ToolPath& tool, const dem::PeriodicCell& cell) {
+  const int d = static_cast<int>(tool.across());
+  return cell.length[d] > 0 ? std::clamp(place, cell.low[d], cell.low[d] + cell.length[d]) : place;
+}
+
 /// Lengths of the stretches that the triangles below the soil's surface cover across the travel.
-std::vector<double> widths_apart(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices) {
+std::vector<double> widths_apart(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices,
+                                 const dem::PeriodicCell& cell) {
   std::vector<std::pair<double, double>> covered;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
-    const std::vector<float>& v = vertices[k];
+    const std::vector<double>& v = vertices[k];
     for (const auto& t : file.surfaces()[tool.surfaces[k]].triangles) {
       double low = far, from = far, until = -far;
       for (const auto corner : t) {
         const std::size_t at = 3 * static_cast<std::size_t>(corner);
-        const double across = v[at + tool.across()];
+        const double across = within_sides(v[at + tool.across()], tool, cell);
         low = std::min(low, static_cast<double>(v[at + 1]));
         from = std::min(from, across), until = std::max(until, across);
       }
@@ -120,7 +127,7 @@ std::vector<double> widths_apart(const SurfaceSamples& file, const ToolPath& too
   return out;
 }
 
-void measure(const SurfaceSamples& file, ToolPath& tool) {
+void measure(const SurfaceSamples& file, const dem::PeriodicCell& cell, ToolPath& tool) {
   const auto frame =
       static_cast<std::size_t>(std::max_element(tool.depth.begin(), tool.depth.end()) - tool.depth.begin());
   Vertices vertices;
@@ -128,12 +135,13 @@ void measure(const SurfaceSamples& file, ToolPath& tool) {
   for (const std::size_t s : tool.surfaces) {
     vertices.push_back(file.surface(frame, file.surfaces()[s]));
     for (std::size_t i = 0; i + 2 < vertices.back().size(); i += 3)
-      if (vertices.back()[i + 1] < tool.soil_surface)
-        low = std::min(low, static_cast<double>(vertices.back()[i + tool.across()])),
-        high = std::max(high, static_cast<double>(vertices.back()[i + tool.across()]));
+      if (vertices.back()[i + 1] < tool.soil_surface) {
+        const double across = within_sides(vertices.back()[i + tool.across()], tool, cell);
+        low = std::min(low, across), high = std::max(high, across);
+      }
   }
   tool.width = high - low;
-  tool.widths = widths_apart(file, tool, vertices);
+  tool.widths = widths_apart(file, tool, vertices, cell);
   tool.middle = 0.5 * (low + high);
   const double depth = tool.depth[frame], tip = tool.direction * tool.tip[frame];
   tool.rake_low = std::numbers::pi, tool.rake_high = 0;
@@ -159,7 +167,7 @@ double ToolPath::tip_at(const std::vector<double>& times, double time) const {
 }
 
 std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surface,
-                                  const std::map<std::string, std::string>& body_of) {
+                                  const std::map<std::string, std::string>& body_of, const dem::PeriodicCell& cell) {
   ToolPath tool;
   tool.soil_surface = soil_surface;
   if (file.times().size() < 2) return {};
@@ -173,7 +181,7 @@ std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surfac
   follow(file, tool);
   tool.travel = std::abs(way(tool.axis));
   tool.speed = tool.travel / (file.times().back() - file.times().front());
-  measure(file, tool);
+  measure(file, cell, tool);
   return tool;
 }
 

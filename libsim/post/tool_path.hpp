@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "libdem/particles/periodic.hpp"
 #include "libsim/post/frames_file.hpp"
 
 namespace subsoil::sim {
@@ -33,7 +34,9 @@ struct ToolPath {
 };
 
 /// Empty where no moving surface comes below the soil's surface. `body_of`: of a surface by its name, where known.
+/// `cell`: the bed's periodic sides, beyond which a tool works no soil.
 std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surface,
-                                  const std::map<std::string, std::string>& body_of = {});
+                                  const std::map<std::string, std::string>& body_of = {},
+                                  const dem::PeriodicCell& cell = {});
 
 }  // namespace subsoil::sim

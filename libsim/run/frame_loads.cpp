@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "libdem/particles/cell_area.hpp"
 #include "libsim/run/wear.hpp"
 
 namespace subsoil::sim {
@@ -50,8 +51,8 @@ FacesOfMesh faces_of(const World& world, const SurfaceRecord& surface) {
   const std::vector<dem::TriangleMesh> meshes = dem::drawing(b.shape, 1.0);
   for (std::size_t m = 0; m < surface.mesh; ++m) out.first += meshes[m].triangles().size();
   const dem::TriangleMesh& mesh = meshes[surface.mesh];
-  for (std::size_t t = 0; t < mesh.triangles().size(); ++t)
-    out.areas.push_back(0.5 * dem::norm(dem::area_vector(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2))));
+  const dem::PeriodicCell& cell = world.bed->options().periodic;
+  out.areas = dem::areas_met(cell.any() ? mesh.placed(b.pose) : mesh, cell);
   return out;
 }
 
@@ -63,8 +64,10 @@ std::span<const dem::FaceLoad> loads_of(const World& world, const SurfaceRecord&
 void FrameLoads::show(const SurfaceRecord& surface, std::size_t place) {
   if (!surface.wear) return;
   FacesOfMesh faces = faces_of(world_, surface);
-  std::vector<double> impulse(faces.areas.size(), 0.0);
-  shown_.push_back({&surface, place, std::move(faces), impulse, impulse});
+  std::vector<double> impulse, pressure(faces.areas.size(), 0.0);
+  for (const dem::FaceLoad& f : loads_of(world_, surface, faces)) impulse.push_back(f.impulse);
+  before_ = world_.bed->time();
+  shown_.push_back({&surface, place, std::move(faces), std::move(impulse), std::move(pressure)});
 }
 
 std::vector<std::vector<FrameField>> FrameLoads::take(double instant, std::size_t count) {
@@ -76,6 +79,8 @@ std::vector<std::vector<FrameField>> FrameLoads::take(double instant, std::size_
 }
 
 std::vector<FrameField> FrameLoads::fields(Shown& shown, double elapsed) const {
+  // A surface that moves along a periodic direction shows the spheres another part of itself.
+  if (world_.bed->options().periodic.any()) shown.faces = faces_of(world_, *shown.surface);
   const std::span<const dem::FaceLoad> loads = loads_of(world_, *shown.surface, shown.faces);
   const WearSection& wear = *shown.surface->wear;
   FrameField pressure{"mean pressure", "Pa", 1, {}}, normal{"normal work", "J/m^2", 1, {}},
@@ -83,11 +88,12 @@ std::vector<FrameField> FrameLoads::fields(Shown& shown, double elapsed) const {
       finnie{"Finnie wear depth", "m", 1, {}};
   for (std::size_t t = 0; t < loads.size(); ++t) {
     const dem::FaceLoad& f = loads[t];
-    const double area = shown.faces.areas[t];
-    if (elapsed > 0) shown.pressure[t] = (f.impulse - shown.impulse[t]) / (elapsed * area);
+    const double area = shown.faces.areas[t], per_area = area > 0 ? 1 / area : 0;  // 0: beyond a periodic side
+    if (elapsed > 0) shown.pressure[t] = (f.impulse - shown.impulse[t]) / elapsed * per_area;
     shown.impulse[t] = f.impulse;
-    normal.values.push_back(f.normal_work / area), shear.values.push_back(f.shear_work / area);
-    archard.values.push_back(archard_volume(wear, f) / area), finnie.values.push_back(finnie_volume(wear, f) / area);
+    normal.values.push_back(f.normal_work * per_area), shear.values.push_back(f.shear_work * per_area);
+    archard.values.push_back(archard_volume(wear, f) * per_area);
+    finnie.values.push_back(finnie_volume(wear, f) * per_area);
   }
   pressure.values.assign(shown.pressure.begin(), shown.pressure.end());
   std::vector<FrameField> out{std::move(pressure), std::move(normal), std::move(shear)};

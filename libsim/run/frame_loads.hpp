@@ -17,7 +17,7 @@ void archive_contacts(std::vector<dem::ContactRecord>& contacts, Archive& a);
 /// The triangles of one mesh among those of its boundary. What lies on them changes from step to step, they do not.
 struct FacesOfMesh {
   std::size_t first = 0;      ///< triangle of the boundary
-  std::vector<double> areas;  ///< m^2; empty where the boundary keeps no loads
+  std::vector<double> areas;  ///< m^2 that spheres can meet; empty where the boundary keeps no loads
 };
 FacesOfMesh faces_of(const World& world, const SurfaceRecord& surface);
 /// What lies on them now.

@@ -23,6 +23,7 @@ Json wear_json(const WearSection& wear, std::span<const dem::FaceLoad> loads, co
   double area = 0, pressed = 0, archard = 0, finnie = 0;
   for (std::size_t t = 0; t < areas.size(); ++t) {
     sum += loads[t], area += areas[t];
+    if (areas[t] == 0) continue;  // beyond a periodic side
     if (loads[t].impulse != 0) pressed += areas[t];
     archard = std::max(archard, archard_volume(wear, loads[t]) / areas[t]);
     finnie = std::max(finnie, finnie_volume(wear, loads[t]) / areas[t]);

@@ -1,37 +1,20 @@
 #include "libsim/setup/servo.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "libdem/geometry/world_box.hpp"
+#include "libdem/particles/cell_area.hpp"
+
 namespace subsoil::sim {
 
 namespace {
 
-using Polygon = std::vector<Vec3>;
 using Shadow = std::vector<std::pair<double, double>>;  ///< corners, m
-
-/// What of a convex polygon lies at sign (x[d] - limit) <= 0.
-Polygon cut(const Polygon& polygon, int d, double limit, double sign) {
-  Polygon out;
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
-    const double beyond_a = sign * (a[d] - limit), beyond_b = sign * (b[d] - limit);
-    if (beyond_a <= 0) out.push_back(a);
-    if ((beyond_a <= 0) != (beyond_b <= 0)) out.push_back(a + (b - a) * (beyond_a / (beyond_a - beyond_b)));
-  }
-  return out;
-}
-
-Polygon within(Polygon polygon, const dem::PeriodicCell& cell) {
-  for (int d = 0; d < 3; ++d) {
-    if (cell.length[d] == 0) continue;
-    polygon = cut(cut(polygon, d, cell.low[d], -1), d, cell.low[d] + cell.length[d], 1);
-  }
-  return polygon;
-}
 
 Vec3 across(const Vec3& along) {
   const double x = std::abs(along.x), y = std::abs(along.y), z = std::abs(along.z);
@@ -39,18 +22,58 @@ Vec3 across(const Vec3& along) {
   return dem::normalized(dem::cross(along, axis));
 }
 
-/// The polygons' shadow on a plane across `along`, as corners (u, v).
-std::vector<Shadow> shadows(const dem::Boundary& boundary, const Vec3& along, const dem::PeriodicCell& cell) {
-  const Vec3 u = across(along), v = dem::cross(along, u);
-  std::vector<Shadow> out;
+/// With images a period apart along u, so that between 0 and a period lies all that does anywhere.
+void repeat(std::vector<Shadow>& shadows, double period) {
+  std::vector<Shadow> all;
+  for (const Shadow& s : shadows) {
+    const auto [first, last] = std::minmax_element(s.begin(), s.end());
+    for (double k = -std::floor(last->first / period); first->first + k * period < period; ++k) {
+      all.push_back(s);
+      for (auto& corner : all.back()) corner.first += k * period;
+    }
+  }
+  shadows = std::move(all);
+}
+
+/// Of the directions that a surface spans the one whose period is the longest across `along`; -1: none.
+int endless_direction(const dem::Bounds& box, const Vec3& along, const dem::PeriodicCell& cell) {
+  const std::array<bool, 3> spans = dem::spanned(box, cell);
+  int longest = -1;
+  double length = 0;
+  for (int d = 0; d < 3; ++d) {
+    const double across_along = cell.length[d] * std::sqrt(std::max(0.0, 1 - along[d] * along[d]));
+    if (spans[static_cast<std::size_t>(d)] && across_along > length) longest = d, length = across_along;
+  }
+  return longest;
+}
+
+/// The polygons' shadow on a plane across `along`, as corners (u, v). `period`: of a surface that goes on beyond the
+/// cell, along u, m; what lies beyond it is there once more a period on.
+struct Shadows {
+  std::vector<Shadow> of;
+  double period = 0;
+};
+
+Shadows shadows(const dem::Boundary& boundary, const Vec3& along, const dem::PeriodicCell& cell) {
+  const int endless = endless_direction(world_box(dem::bounds(boundary.shape), boundary.pose), along, cell);
+  Vec3 u = across(along);
+  Shadows out;
+  if (endless >= 0) {
+    Vec3 way;
+    way[endless] = cell.length[endless];
+    way = way - dem::dot(way, along) * along;
+    out.period = dem::norm(way), u = way * (1 / out.period);
+  }
+  const Vec3 v = dem::cross(along, u);
   for (const dem::TriangleMesh& mesh : dem::drawing(boundary.shape, 1.0))
     for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
-      Polygon corners;
+      std::vector<Vec3> corners;
       for (int k = 0; k < 3; ++k) corners.push_back(boundary.pose.to_world(mesh.corner(t, k)));
       Shadow shadow;
-      for (const Vec3& x : within(corners, cell)) shadow.emplace_back(dem::dot(x, u), dem::dot(x, v));
-      if (shadow.size() > 2) out.push_back(std::move(shadow));
+      for (const Vec3& x : dem::within(corners, cell)) shadow.emplace_back(dem::dot(x, u), dem::dot(x, v));
+      if (shadow.size() > 2) out.of.push_back(std::move(shadow));
     }
+  if (out.period > 0) repeat(out.of, out.period);
   return out;
 }
 
@@ -80,12 +103,17 @@ double covered(std::vector<std::pair<double, double>>& intervals) {
 /// Area of the union of convex polygons: the length covered along lines of constant u, integrated between the corners
 /// and in strips of a two-thousandth of the width. That length is linear in u but where edges cross, so that only
 /// strips with a crossing err, by the square of their width.
-double area_of_union(std::vector<Shadow> shadows) {
+double area_of_union(Shadows of) {
+  std::vector<Shadow>& shadows = of.of;
   std::vector<double> cuts;
   const auto least = [](const Shadow& s) { return std::min_element(s.begin(), s.end())->first; };
   for (const Shadow& s : shadows)
     for (const auto& corner : s) cuts.push_back(corner.first);
   if (cuts.empty()) return 0;
+  if (of.period > 0) {
+    std::erase_if(cuts, [&](double u) { return !(u > 0 && u < of.period); });
+    cuts.push_back(0), cuts.push_back(of.period);
+  }
   const auto [first, last] = std::minmax_element(cuts.begin(), cuts.end());
   constexpr int strips = 2000;
   const double begin = *first, width = *last - *first;

@@ -82,15 +82,15 @@ class PredictedSurfaces final : public SurfaceSamples {
   }
   const std::vector<double>& times() const override { return motion_.times; }
   const std::vector<FrameSurface>& surfaces() const override { return surfaces_; }
-  std::vector<float> surface(std::size_t sample, const FrameSurface& s) const override {
+  std::vector<double> surface(std::size_t sample, const FrameSurface& s) const override {
     const Carrier& carrier = carriers_[static_cast<std::size_t>(&s - surfaces_.data())];
     const dem::Pose pose = carrier.body > 0
                                ? coupling::pose_of(motion_.bodies[sample][static_cast<std::size_t>(carrier.body)])
                                : motion_.paths[sample][carrier.path];
-    std::vector<float> out;
+    std::vector<double> out;
     for (std::size_t i = 0; i + 2 < s.vertices.size(); i += 3) {
       const Vec3 p = pose.to_world({s.vertices[i], s.vertices[i + 1], s.vertices[i + 2]});
-      for (const double v : {p.x, p.y, p.z}) out.push_back(static_cast<float>(v));
+      out.insert(out.end(), {p.x, p.y, p.z});
     }
     return out;
   }
@@ -246,7 +246,7 @@ Json show_scene(const Loaded& loaded, const ShowRequest& request) {
     std::map<std::string, std::string> body_of;
     if (s.machine)
       for (const Surface& one : s.machine->surfaces) body_of[one.name] = one.body;
-    if (const auto tool = tool_path(PredictedSurfaces(s, motion), *surface, body_of))
+    if (const auto tool = tool_path(PredictedSurfaces(s, motion), *surface, body_of, world.bed->options().periodic))
       maker.add_tool(*tool, motion.times);
   }
   const std::vector<SurfaceFacts> facts = surface_facts(world, s, s.time.end);

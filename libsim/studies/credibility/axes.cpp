@@ -125,6 +125,8 @@ class AxisList {
 
   /// Doubles one size; `before`: the share of the added size that lies on the side of least coordinates.
   void bin(const char* name, const char* change, int axis, double before) {
+    if (s_.soil->container->periodic[static_cast<std::size_t>(axis)])
+      return absent(name, "its sides are periodic: a tool that spans them works twice the soil in twice the cell");
     Axis a{name, change, {}, 2, 1};
     const auto grown = [&](Vec3 size, Vec3 at, const std::string& path) {
       at[axis] -= before * size[axis], size[axis] *= 2;

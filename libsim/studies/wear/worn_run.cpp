@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "libdem/particles/cell_area.hpp"
 #include "libsim/document/document.hpp"
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/frames_file.hpp"
@@ -70,10 +71,6 @@ std::string depth_array(const Keeps& one, WearLaw law) {
   return fmt::format("loads/{}/{} wear depth", one.name, word_of(law));
 }
 
-double area_of(const dem::TriangleMesh& mesh, std::size_t t) {
-  return 0.5 * norm(dem::area_vector(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)));
-}
-
 WornSurface worn_surface(const RunFolder& run, const FramesFile& frames, const Keeps& one, WearLaw law) {
   WornSurface out;
   out.name = one.name, out.key = one.key, out.mesh = own_mesh(one), out.law = law;
@@ -89,14 +86,20 @@ WornSurface worn_surface(const RunFolder& run, const FramesFile& frames, const K
     refuse_run(run,
                fmt::format("{} has {} triangles and the frames have {}: its mesh file is no longer that of the run",
                            one.name, out.mesh.triangles().size(), depths.size()));
-  for (std::size_t t = 0; t < depths.size(); ++t) out.volumes.push_back(depths[t] * area_of(out.mesh, t));
-  const double shown = std::accumulate(out.volumes.begin(), out.volumes.end(), 0.0);
+  // Beyond periodic sides a surface is as worn as within them.
+  const dem::PeriodicCell cell = periodic_cell(&*run.scenario);
+  const std::vector<double> met = dem::areas_met(out.mesh.placed(one.place), cell),
+                            whole = dem::areas_met(out.mesh, {});
+  double shown = 0;
+  for (std::size_t t = 0; t < depths.size(); ++t)
+    shown += depths[t] * met[t], out.volumes.push_back(depths[t] * whole[t]);
   if (shown == 0 && out.volume > 0)
     refuse_run(run, fmt::format("all wear of {} came after the last frame; lower output.every", one.name));
   // Frames round each depth to a relative 3e-5, and end with the last of them: the volume is that of the summary.
   out.share = out.volume > 0 ? shown / out.volume : 1;
   if (shown > 0)
     for (double& v : out.volumes) v *= out.volume / shown;
+  if (cell.any()) out.volume = std::accumulate(out.volumes.begin(), out.volumes.end(), 0.0);
   return out;
 }
 

@@ -124,6 +124,44 @@ TEST(RunPeriodic, FieldsGoOnBeyondTheSides) {
   }
 }
 
+/// A plate of 240 by 160 mm rests on the spheres of a cell of 120 by 80 mm: of each of the two triangles below 4,800
+/// mm2 lie in it, and the rest bears nothing.
+TEST(RunPeriodic, LoadsOfASurfaceThatSpansTheCellAreThoseOfItsPartInIt) {
+  const RunDirectory dir;
+  std::string text = with(channel, "gravity: 6 -9.81 0 m/s^2\n", "");
+  text = with(text, "periodic: [x]", "periodic: [x, z]");
+  text = with(text, "time: {end: 0.3 s}",
+              "boundaries: [{name: plate, material: grain, shape: {box: 240 20 160 mm}, at: 60 88 40 mm, "
+              "wear: {coefficient: 1, hardness: 1 GPa}}]\ntime: {end: 20 ms}");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  const double force = summary_of(dir / "out")["wear"]["plate"]["mean normal force [N]"];
+  ASSERT_GT(force, 1);
+  const auto file = h5::open_file(dir / "out" / "run.h5");
+  double sum = 0;
+  for (const double p : h5::read<double>(file, "/frames/000001/loads/plate/mean pressure")) sum += p * 4.8e-3;
+  EXPECT_NEAR(sum, force, 0.01 * force)
+      << "the frame is of a step more or less; all of the plate has four times the area";
+}
+
+/// A blade through a cell of 80 mm works 80 mm, however far it reaches beyond the sides.
+TEST(RunPeriodic, AFurrowFillsTheCell) {
+  const RunDirectory dir;
+  std::string text = with(channel, "gravity: 6 -9.81 0 m/s^2\n", "");
+  text = with(text, "size: 120 200 80 mm", "size: 200 200 80 mm");
+  text = with(text, "periodic: [x]", "periodic: [z]");
+  text = with(text, "time: {end: 0.3 s}",
+              "boundaries: [{name: blade, material: grain, shape: {box: 10 80 160 mm}, at: -20 100 40 mm, "
+              "moves: [{velocity: 1 0 0 m/s}]}]\ntime: {end: 0.18 s}");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+  const nlohmann::json d = summary_of(dir / "out")["disturbance"];
+  ASSERT_FALSE(d.contains("none")) << d;
+  EXPECT_NEAR(d["width in the soil [m]"].get<double>(), 0.08, 1e-12);
+  const std::vector<double> z = d["profile"]["z [m]"];
+  ASSERT_EQ(z.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(z[k], 0.01 + 0.02 * static_cast<double>(k), 1e-12);
+  EXPECT_LE(d["furrow width [m]"].get<double>(), 0.08 + 1e-12);
+}
+
 TEST(RunPeriodic, RainFillsACellWithoutSeam) {
   const RunDirectory dir;
   std::string text = with(channel, "gravity: 6 -9.81 0 m/s^2\n", "");

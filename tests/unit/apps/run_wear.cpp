@@ -126,6 +126,19 @@ TEST(RunWear, GoesOnFromAState) {
     EXPECT_NEAR(a.at(key).get<double>(), b.at(key).get<double>(), 1e-9 * a.at(key).get<double>()) << key;
   const char* depth = "greatest depth of a triangle [m]";
   EXPECT_NEAR(a.at("Archard").at(depth).get<double>() / b.at("Archard").at(depth).get<double>(), 1, 1e-9);
+  // The pressure of its second frame is that since its first: of the same steps as in the run that went straight.
+  const std::vector<double> whole = frame_times(dir / "straight"), rest = frame_times(dir / "on");
+  const auto at = std::find_if(whole.begin(), whole.end(), [&](double t) { return std::abs(t - rest.at(1)) < 1e-9; });
+  ASSERT_NE(at, whole.end());
+  ASSERT_NEAR(*(at - 1), rest[0], 1e-4) << "of one interval";
+  const auto pressure = [&](const char* run, std::size_t frame) {
+    double sum = 0;
+    for (const double p : numbers(dir / run, fmt::format("/frames/{:06}/loads/blade/mean pressure", frame))) sum += p;
+    return sum;
+  };
+  const double straight = pressure("straight", static_cast<std::size_t>(at - whole.begin()));
+  ASSERT_GT(straight, 0);
+  EXPECT_NEAR(pressure("on", 1) / straight, 1, 0.05) << "a step more or less of some twenty";
 }
 
 /// A run without wear and one with have the same bits.
@@ -236,6 +249,11 @@ TEST(RunServo, PressureActsOnTheAreaBetweenPeriodicSides) {
   EXPECT_NEAR(area(lid, down, {{0, 0, 0}, {0.1, 0, 0}}), 0.02, 1e-15);
   EXPECT_NEAR(area(lid, down, {{0.05, 0, 0}, {0.5, 0, 0}}), 0.02, 1e-15) << "its half";
   EXPECT_EQ(area(lid, down, {{1, 0, 0}, {0.1, 0, 0}}), 0);
+  // An endless beam has no ends: aslant it shows its top and its side.
+  const dem::Boundary beam = shaped(dem::MeshSurface({dem::box_mesh({0.06, 0.01, 0.4})}));
+  const dem::Vec3 aslant = dem::normalized({1, -1, 1});
+  EXPECT_NEAR(area(beam, aslant, {{0, 0, -0.1}, {0, 0, 0.2}}), (0.06 + 0.01) * 0.2 / std::sqrt(3.0), 1e-14);
+  EXPECT_NEAR(area(beam, aslant), ((0.06 + 0.01) * 0.4 + 0.06 * 0.01) / std::sqrt(3.0), 1e-14);
   const RunDirectory dir;
   const std::string periodic = replaced(press, "material: steel}", "material: steel, periodic: [x, z]}");
   ASSERT_EQ(run_scenario(dir.scenario(replaced(periodic, "{box: 80 10 80 mm}", "{box: 300 10 200 mm}")), dir / "out",

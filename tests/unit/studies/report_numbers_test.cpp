@@ -348,11 +348,11 @@ class Boxes final : public SurfaceSamples {
   }
   const std::vector<double>& times() const override { return times_; }
   const std::vector<FrameSurface>& surfaces() const override { return surfaces_; }
-  std::vector<float> surface(std::size_t sample, const FrameSurface& s) const override {
-    std::vector<float> out;
+  std::vector<double> surface(std::size_t sample, const FrameSurface& s) const override {
+    std::vector<double> out;
     for (std::size_t i = 0; i + 2 < s.vertices.size(); i += 3)
       for (const double x : place_(times_[sample], {s.vertices[i], s.vertices[i + 1], s.vertices[i + 2]}))
-        out.push_back(static_cast<float>(x));
+        out.push_back(x);
     return out;
   }
 
