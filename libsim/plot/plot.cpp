@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "libsim/base/problems.hpp"
@@ -13,6 +14,7 @@
 #include "libsim/io/moving_mean.hpp"
 #include "libsim/io/series.hpp"
 #include "libsim/plot/gnuplot.hpp"
+#include "libsim/post/unit_factor.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -52,6 +54,21 @@ std::string name_of(const std::filesystem::path& directory) {
   return whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
 }
 
+/// In the units of the run before, which monitors may set otherwise in each.
+void take_units_of(const NamedSeries& first, NamedSeries& run) {
+  for (std::size_t c = 0; c < run.series.columns.size(); ++c) {
+    SeriesColumn& column = run.series.columns[c];
+    const int same = first.series.find(column.name);
+    if (same < 0) continue;
+    const std::string& unit = first.series.columns[static_cast<std::size_t>(same)].unit;
+    const std::optional<double> factor = unit_factor(column.unit, unit);
+    if (!factor) continue;  // refused where it is drawn
+    if (*factor != 1)
+      for (double& v : run.series.values[c]) v *= *factor;
+    column.unit = unit;
+  }
+}
+
 std::vector<NamedSeries> read_runs(const std::vector<std::filesystem::path>& directories) {
   if (directories.empty()) throw std::invalid_argument("nothing to plot: name at least one result directory");
   std::vector<NamedSeries> runs;
@@ -63,6 +80,8 @@ std::vector<NamedSeries> read_runs(const std::vector<std::filesystem::path>& dir
     if (runs.back().series.rows() < 2) throw std::invalid_argument(path.string() + " has fewer than two samples yet");
     runs.back().series.at("time");
   }
+  for (std::size_t r = 1; r < runs.size(); ++r)
+    for (std::size_t before = 0; before < r; ++before) take_units_of(runs[before], runs[r]);
   return runs;
 }
 
@@ -219,7 +238,12 @@ class Sheet {
     for (const auto& run : runs_) {
       const int column = run.series.find(name);
       if (column < 0) continue;
-      panel.unit = run.series.columns[static_cast<std::size_t>(column)].unit;
+      const std::string& unit = run.series.columns[static_cast<std::size_t>(column)].unit;
+      if (!panel.unit.empty() && panel.unit != unit)
+        throw std::invalid_argument(
+            fmt::format("column {}: is in {} in {} and in {} before it; leave it out, or draw one run", name, unit,
+                        run.name, panel.unit));
+      panel.unit = unit;
       const auto own = range_of(run.series.values[static_cast<std::size_t>(column)]);
       panel.range.take(own.low);
       panel.range.take(own.high);

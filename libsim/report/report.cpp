@@ -12,6 +12,7 @@
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/post/disturbance.hpp"
+#include "libsim/post/unit_factor.hpp"
 #include "libsim/report/page.hpp"
 #include "libsim/view/page.hpp"
 #include "libsim/view/view.hpp"
@@ -323,6 +324,33 @@ class RunReader {
   RunPart part_;
 };
 
+/// Numbers and curves of a later run in the units of the first, which monitors may set otherwise in each. What has
+/// another dimension is another quantity.
+void take_units_of(const RunPart& first, RunPart& part) {
+  for (ReportNumber& n : part.list) {
+    const auto same =
+        std::find_if(first.list.begin(), first.list.end(), [&](const ReportNumber& f) { return f.name() == n.name(); });
+    if (same == first.list.end() || same->unit == n.unit) continue;
+    if (const std::optional<double> factor = unit_factor(n.unit, same->unit))
+      n.value *= *factor, n.half_width *= *factor, n.unit = same->unit;
+    else
+      n.statistic += " in " + n.unit;
+  }
+  part.json["numbers"] = rows_json(part.list);
+  if (!part.json.contains("curves") || !first.json.contains("curves")) return;
+  for (Json& curve : part.json["curves"]["columns"])
+    for (const Json& same : first.json["curves"]["columns"]) {
+      if (same["key"] != curve["key"] || same["unit"] == curve["unit"]) continue;
+      if (const std::optional<double> factor = unit_factor(curve["unit"], same["unit"])) {
+        for (Json& v : curve["values"])
+          if (v.is_number()) v = v.get<double>() * *factor;
+        curve["unit"] = same["unit"];
+      } else {
+        curve["key"] = curve["key"].get<std::string>() + " in " + curve["unit"].get<std::string>();
+      }
+    }
+}
+
 /// The machine-readable table: a row per number, run by run side by side, differences against the first.
 Json table_json(const std::vector<RunPart>& parts, bool source) {
   std::vector<std::pair<std::string, const ReportNumber*>> order;
@@ -383,6 +411,7 @@ Json report_data(const ReportRequest& request) {
     }
     if (const int n = ++names[folder.name]; n > 1) folder.name += fmt::format(" ({})", n);
     parts.push_back(RunReader(request, std::move(folder)).read());
+    if (parts.size() > 1) take_units_of(parts.front(), parts.back());
   }
   Json data{{"format", "subsoil report 1"}, {"version", version()}};
   data["source"] = request.source ? source_json() : Json();

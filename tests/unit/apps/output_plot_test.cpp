@@ -6,10 +6,13 @@
 #include "libsim/io/series.hpp"
 #include "libsim/io/series_writer.hpp"
 #include "libsim/plot/plot.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace subsoil::sim::output_plot_test {
 namespace {
+
+using test::message_of;
 
 /// A result directory whose draft jitters about 1000 N and whose pitch swings slowly.
 void make_run(const std::filesystem::path& directory, std::vector<SeriesColumn> watches) {
@@ -62,6 +65,26 @@ TEST(Plot, DrawsEveryWatchBesideTheUsualOnes) {
   plot({scratch / "run"}, scratch / "p.svg");
   EXPECT_TRUE(drawn(scratch / "p.svg", "draft [N]"));
   EXPECT_TRUE(drawn(scratch / "p.svg", "torque [N m]")) << "one known name must not hide the others";
+}
+
+/// Two runs whose monitors have other units: one axis, in the unit of the first; not where the dimensions differ.
+TEST(Plot, OverlaysRunsInOneUnit) {
+  if (!gnuplot_found()) GTEST_SKIP() << "gnuplot is not installed";
+  test::Scratch scratch;
+  make_run(scratch / "a", {{"draft", "N"}});
+  make_run(scratch / "b", {{"draft", "kN"}});
+  make_run(scratch / "c", {{"draft", "J"}});
+  PlotOptions options;
+  options.columns = {"draft"};
+  plot({scratch / "a", scratch / "b"}, scratch / "two.svg", options);
+  // b is 0.05 sin(8 t) kN: at most 50 N beside the 1200 N of a.
+  EXPECT_TRUE(drawn(scratch / "two.svg", "draft [N]"));
+  plot({scratch / "b", scratch / "a"}, scratch / "other.svg", options);
+  EXPECT_TRUE(drawn(scratch / "other.svg", "draft [kN]"));
+  EXPECT_EQ(message_of([&] {
+              plot({scratch / "a", scratch / "c"}, scratch / "no.svg", options);
+            }),
+            "column draft: is in J in c and in N before it; leave it out, or draw one run");
 }
 
 TEST(Plot, DrawsOverAnotherColumn) {

@@ -218,6 +218,36 @@ TEST(Report, RunsSideBySideHaveDifferences) {
   EXPECT_NEAR(both, std::sqrt(2.0) * half, 1e-4 * both);
 }
 
+/// A monitor in mm beside the same in cm is no difference; one in m/s is another quantity.
+TEST(Report, RunsSideBySideAreInOneUnit) {
+  const RunDirectory dir;
+  const auto run = [&](const std::string& name, const std::string& column, const std::string& unit) {
+    const std::string file = dir.scenario(R"(subsoil: 1
+machine:
+  bodies: {mass: {mass: 2 kg, inertia: 1 kg m^2, at: 0.1 0 m}}
+  joints: {rail: {translational: [ground, mass], at: 0 0 m, along: 1 0}}
+  forces: {spring: {spring-damper: [ground, mass], ends: [-1 0 m, 0.1 0 m], stiffness: 400 N/m, free length: 1 m}}
+time: {end: 1 s}
+output: {series every: 10 ms, monitor: {way: {formula: x, of: {x: )" +
+                                          column + "}, unit: " + unit + "}}}\n");
+    EXPECT_EQ(test::run_scenario(file, dir / name), exit_ok);
+  };
+  run("mm", "mass.x", "mm"), run("cm", "mass.x", "cm"), run("other", "mass.vx", "m/s");
+  const Json data = data_of({dir / "mm", dir / "cm", dir / "other"});
+  const Json* most = row(data, "way", "largest");
+  ASSERT_NE(most, nullptr) << data["table"];
+  EXPECT_EQ((*most)["unit"], "mm");
+  EXPECT_NEAR((*most)["runs"][1]["value"].get<double>(), 100, 0.5);
+  EXPECT_NEAR((*most)["runs"][1]["difference"].get<double>(), 0, 1e-3);
+  EXPECT_FALSE((*most)["runs"][2].contains("value"));
+  EXPECT_NE(row(data, "way", "largest in m/s"), nullptr);
+  for (const Json& curve : data["runs"][1]["curves"]["columns"])
+    if (curve["key"] == "way") {
+      EXPECT_EQ(curve["unit"], "mm");
+      EXPECT_NEAR(curve["values"][0].get<double>(), 100, 1e-3);
+    }
+}
+
 TEST(Report, BrokenFoldersSayWhatIsMissingAndGiveTheRest) {
   const test::Scratch scratch;
   const auto copy = scratch / "run";
