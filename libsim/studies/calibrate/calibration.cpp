@@ -40,6 +40,7 @@ class Calibrator {
   }
 
   Calibrated run() {
+    require_scatter();
     find_truth();
     for (long i = 0; i < *plan_.design; ++i) evaluate(Evaluation::Why::design, values_of(design_point(i)));
     for (;;) {
@@ -73,6 +74,15 @@ class Calibrator {
     for (int k = 0; k < count(); ++k)
       u[k] = plan_.parameters[static_cast<std::size_t>(k)].place(values[static_cast<std::size_t>(k)]);
     return u;
+  }
+
+  /// The intervals come from the scatter of packings.
+  void require_scatter() const {
+    const LoadedTests tests = load_tests(plan_.scenario, plan_.sets(values_of(design_point(0))));
+    if (tests.tests.sample.packings < 2)
+      throw ScenarioError(tests.loaded.where("test.packings") +
+                          " = 1: one packing does not show how far packings scatter, which the intervals of the "
+                          "parameters come from; give 2 or more");
   }
 
   /// Puts a set through all tests, or finds it in the store.

@@ -119,6 +119,19 @@ TEST(Calibrate, FindsWhatIsToldAndNamesWhatIsNot) {
   const Calibrated again = calibrate(plan, store, 0, {});
   EXPECT_EQ(again.evaluations[found.evaluations.size() - 1].found[0], 123456);
 
+  Plan single = plan;
+  single.scenario = twin.directory / "single.yaml";
+  std::ifstream scenario(twin.directory / "case.yaml");
+  std::stringstream three;
+  three << scenario.rdbuf();
+  std::string one = three.str();
+  one.replace(one.find("packings: 3"), 11, "packings: 1");
+  std::ofstream(single.scenario) << one;
+  EXPECT_NE(message_of([&] {
+              static_cast<void>(calibrate(single, twin.directory / "other.csv", 0, {}));
+            }).find("test.packings = 1: one packing does not show how far packings scatter"),
+            std::string::npos);
+
   std::ofstream(twin.directory / "case.yaml", std::ios::app) << "gravity: 5 m/s^2\n";
   EXPECT_NE(message_of([&] { static_cast<void>(calibrate(plan, store, 0, {})); }).find("name another folder"),
             std::string::npos);
