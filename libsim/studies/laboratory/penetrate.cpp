@@ -100,7 +100,7 @@ Outcome Penetrate::run(const Sample& sample, std::size_t packing) const {
   return out;
 }
 
-Findings Penetrate::findings(const Sample&, std::size_t packings, const std::vector<Outcome>& outcomes) const {
+Findings Penetrate::findings(const Sample& sample, std::size_t packings, const std::vector<Outcome>& outcomes) const {
   Findings found;
   found.test = "penetrate";
   found.numbers = numbers();
@@ -116,6 +116,14 @@ Findings Penetrate::findings(const Sample&, std::size_t packings, const std::vec
                             outcomes[p].curve.column(2, 1e-3), ChartCurve::Style::line, static_cast<int>(p)});
   }
   found.charts = {{"depth-resistance", std::move(chart)}};
+  if (diameter && *diameter < 2 * sample.diameter)
+    found.diagnostics.push_back(fmt::format(
+        "the tool of {:.3g} mm meets one grain of {:.3g} mm at a time: its resistance is that of grains, not "
+        "of soil; a tool of 4 grains or more",
+        *diameter * 1e3, sample.diameter * 1e3));
+  if (const double n = found.numbers[3].mean(); !(n > 0))
+    found.diagnostics.push_back(
+        fmt::format("n = {:.2g}: the resistance does not rise with depth, so that k and n are no law of sinkage", n));
   return found;
 }
 

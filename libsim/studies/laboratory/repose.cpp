@@ -213,7 +213,7 @@ Outcome Repose::run(const Sample& sample, std::size_t packing) const {
   return form == Form::drum ? run_drum(*this, sample, packing) : run_tray(*this, sample, packing);
 }
 
-Findings Repose::findings(const Sample&, std::size_t packings, const std::vector<Outcome>& outcomes) const {
+Findings Repose::findings(const Sample& sample, std::size_t packings, const std::vector<Outcome>& outcomes) const {
   Findings found;
   found.test = "repose";
   Number angle = numbers()[0];
@@ -239,6 +239,15 @@ Findings Repose::findings(const Sample&, std::size_t packings, const std::vector
   chart.title = fmt::format("angle of repose {:.1f} deg", angle.mean() * 180 / pi);
   found.numbers = {std::move(angle)};
   found.charts = {{"profile", std::move(chart)}};
+  if (form == Form::drum && speed) {
+    const double froude = *speed * *speed * radius.value_or(8 * sample.diameter) / sample.gravity;
+    // Mellmann, Powder Technology 118 (2001) 251: rolling, with a flat surface, up to 0.01.
+    if (froude > 0.01)
+      found.diagnostics.push_back(fmt::format(
+          "the drum turns at a Froude number of {:.2g}: from 0.01 on the surface curves, from 0.1 on grains "
+          "fly, from 1 on they stay at the wall: this is no angle of repose; give a lesser `speed`",
+          froude));
+  }
   return found;
 }
 

@@ -232,6 +232,28 @@ TEST(LaboratoryTest, HeapOnASquareTableIsAPyramid) {
   EXPECT_NEAR(slope_on({side, side, d, false}, spheres, d).values[0], std::atan(slope), 1e-6);
 }
 
+// A Froude number of 40^2 0.08/9.81 = 13, a cone as wide as a grain, and a resistance that falls.
+TEST(LaboratoryTest, SaysWhatANumberIsNot) {
+  Sample sample;
+  sample.diameter = 0.01, sample.gravity = 9.81;
+  const auto notes = [&](const auto& test, std::vector<double> values) {
+    std::string text;
+    for (const std::string& note : test.findings(sample, 1, {{std::move(values), {}}}).diagnostics) text += note + '\n';
+    return text;
+  };
+  Repose drum;
+  drum.form = Repose::Form::drum, drum.radius = 0.08;
+  EXPECT_EQ(notes(drum, {0.5}), "");
+  drum.speed = 40;
+  EXPECT_NE(notes(drum, {0.5}).find("the drum turns at a Froude number of 13:"), std::string::npos);
+  Penetrate cone;
+  EXPECT_EQ(notes(cone, {1e4, 1e5, 1e6, 1.1}), "");
+  cone.diameter = 0.01;
+  const std::string said = notes(cone, {1e4, 1e5, 1e6, -0.66});
+  EXPECT_NE(said.find("the tool of 10 mm meets one grain of 10 mm at a time"), std::string::npos) << said;
+  EXPECT_NE(said.find("n = -0.66: the resistance does not rise with depth"), std::string::npos) << said;
+}
+
 TEST(LaboratoryTest, PiecesAreSetsWithinReach) {
   const auto at = [](double x, double m) {
     dem::Sphere s{};
