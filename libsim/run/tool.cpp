@@ -199,10 +199,16 @@ double period_of(const Scenario& scenario) {
           },
           d.element);
   const double longest = periods.empty() ? 0 : *std::max_element(periods.begin(), periods.end());
-  for (const double p : periods)
-    if (p > 0 && std::abs(longest / p - std::round(longest / p)) > 0.01)
-      return std::numeric_limits<double>::quiet_NaN();
-  return longest;
+  // The least multiple of the longest that holds whole ones of the others, to a hundredth of them. Among more multiples
+  // any two numbers have one.
+  constexpr int multiples = 20;
+  for (int n = 1; n <= multiples; ++n) {
+    const double common = n * longest;
+    if (std::all_of(periods.begin(), periods.end(),
+                    [&](double p) { return p == 0 || std::abs(common / p - std::round(common / p)) < 0.01; }))
+      return common;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace subsoil::sim

@@ -105,6 +105,32 @@ TEST(RunWindow, OfAVibratingToolCountsItsWayOnceAndHoldsWholePeriods) {
 
 /// A plate wider than its bed that bears it on a spring passes through nothing: its means are of the whole run, and its
 /// force is the weight of what lies on it.
+/// 1.5 Hz and 1 Hz repeat after 2 s; 1 Hz and the golden ratio of it never.
+TEST(RunWindow, HoldsWholeCommonPeriodsOfSeveralDrivers) {
+  const RunDirectory dir;
+  const auto window = [&](const std::string& frequency) {
+    const std::string file = dir.scenario(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {m: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m, velocity is: about}, k: {mass: 2 kg, inertia: 1 kg m^2, at: 0 1 m, velocity is: about}}
+  joints: {g: {translational: [ground, m], at: 0 0 m, along: 1 0}, h: {translational: [ground, k], at: 0 1 m, along: 1 0}}
+  drivers:
+    d: {coordinate: m.x, position: {harmonic: {amplitude: 0.1 m, frequency: )" +
+                                          frequency + R"( Hz}}}
+    e: {coordinate: k.x, position: {harmonic: {amplitude: 0.1 m, frequency: 1 Hz}}}
+time: {end: 5.3 s}
+output: {series every: 10 ms, monitor: {x: m.x, y: k.x}}
+)");
+    EXPECT_EQ(run_scenario(file, dir / frequency), exit_ok);
+    return summary_of(dir / frequency);
+  };
+  const nlohmann::json common = window("1.5");
+  EXPECT_NEAR(common["window"]["until [s]"].get<double>() - common["window"]["from [s]"].get<double>(), 4, 1e-9);
+  for (const char* column : {"x", "y"})
+    EXPECT_NEAR(common["columns"][column]["mean in window"].get<double>(), 0, 1e-9) << column;
+  EXPECT_NEAR(window("1.6180339887")["window"]["until [s]"].get<double>(), 5.3, 1e-9);
+}
+
 TEST(RunWindow, OfAPlateThatBearsSoilIsTheWholeRun) {
   const RunDirectory dir;
   const char* const bearing = R"(subsoil: 1
