@@ -563,7 +563,17 @@ double SoilBuilder::expected_spheres() const {
 
 /// Of a random bed, without fibres.
 double SoilBuilder::expected_grains() const {
-  if (bed().count) return spheres_per_grain() * static_cast<double>(*bed().count);
+  if (bed().count) {
+    // Which grains are clumps of which shape is drawn: as placed, where all are.
+    long members = 0, alone = 0;
+    for (const dem::Sphere& one : world_.bed->spheres()) {
+      members += one.kind == dem::SphereKind::member ? 1 : 0;
+      alone += one.kind == dem::SphereKind::free && one.id < world_.soil.fibres_from ? 1 : 0;
+    }
+    if (alone + static_cast<long>(world_.bed->clumps().size()) == *bed().count)
+      return static_cast<double>(alone + members);
+    return spheres_per_grain() * static_cast<double>(*bed().count);
+  }
   const dem::Bounds box = region();
   if (!layered()) {
     const double denser = has_clumps() ? 1 : dem::denser_than_equal(sizes(), shares_of(bed().shares));

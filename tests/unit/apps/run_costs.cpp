@@ -109,5 +109,25 @@ time: {end: 1 ms, safety: 0.8}
   EXPECT_NEAR(promised, solid / each, 0.3 * solid / each);
 }
 
+/// Of 40 grains that are clumps of three or of two spheres, by lot.
+TEST(RunCosts, CheckCountsTheClumpsThatAreDrawn) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {grain: {density: 1200 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 10 kN/m, restitution: 0.4, mu: 0.5}]
+soil:
+  container: {size: 160 200 160 mm, at: 0 0 0 m, material: grain}
+  clumps:
+    three: {spheres: [{at: -5 0 0 mm, radius: 7 mm}, {at: 5 0 0 mm, radius: 6 mm}, {at: 0 6 0 mm, radius: 5 mm}]}
+    two: {spheres: [{at: 0 0 0 mm, radius: 8 mm}, {at: 7 0 2 mm, radius: 7 mm}]}
+  bed: {fill: random, material: grain, count: 40, clumps: [{shape: three, share: 0.6}, {shape: two, share: 0.4}], settle: {for: 1 ms}}
+time: {end: 1 ms}
+)");
+  const double promised = std::stod(word_of_check(file, "spheres         "));
+  ASSERT_EQ(test::run_scenario(file, dir / "out"), exit_ok);
+  EXPECT_EQ(promised, test::summary_of(dir / "out")["soil"]["spheres"].get<double>());
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_costs
