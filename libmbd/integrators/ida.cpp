@@ -45,8 +45,7 @@ struct Ida::Solver {
   Eigen::VectorXd q, w, load, lambda, mu, correction, states, acceleration;
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
-  bool fresh = true;    // no step since the last beginning
-  double rounding = 0;  // m, of places, where it is more than that of the machine's own lengths
+  bool fresh = true;  // no step since the last beginning
 
   Solver(System& s, const Switches& g, bool accelerations, const std::vector<int>& used_rows, Eigen::Index rates,
          double relative_tolerance)
@@ -153,10 +152,19 @@ struct Ida::Solver {
       res[first + i] = yp[first + i] - rates[static_cast<std::size_t>(i - flows)];
   }
 
+  /// m, of the farthest place, and of the pitch circle that has turned most, as gears know places by angles: where it
+  /// is more than that of the machine's own lengths, which the tolerances are made for; else 0.
+  double rounding_of_places(const ConstMap& y) const {
+    constexpr double far_away = 10;
+    double farthest = 0;
+    for (Eigen::Index i = 0; i < n; ++i) farthest = std::max(farthest, arm(i) * std::abs(y[i]));
+    return farthest > far_away * system.length_scale() ? std::numeric_limits<double>::epsilon() * farthest : 0;
+  }
+  double arm(Eigen::Index i) const { return i % 3 == 2 ? system.body_size(static_cast<int>(i / 3) + 1) : 1; }
+
   /// 1/(rtol |y| + atol), with the length of a body's x and y for either: a component that passes zero as its body
-  /// turns would ask for more digits there than rounding of the pose, divided by a step, leaves. Far from the origin
-  /// (`rounding`) that is all that is known of velocities: a tolerance below would shorten the step, and so be farther
-  /// below.
+  /// turns would ask for more digits there than rounding of the pose, divided by a step, leaves. Where rounding is
+  /// large that is all that is known of velocities: a tolerance below would shorten the step, and so be farther below.
   static int call_weights(N_Vector yy, N_Vector out, void* self) {
     const auto& s = *static_cast<Solver*>(self);
     const ConstMap y(N_VGetArrayPointer(yy), s.size());
@@ -165,11 +173,10 @@ struct Ida::Solver {
     for (Eigen::Index i = 0; i < 2 * s.n; i += 3) weight.segment(i, 2).setConstant(y.segment(i, 2).norm());
     weight = s.rtol * weight + s.tolerance.map();
     double h = 0;
-    if (s.rounding > 0 && IDAGetCurrentStep(s.memory, &h) == IDA_SUCCESS && h > 0)
-      for (Eigen::Index i = 0; i < s.n; ++i) {
-        const double arm = i % 3 == 2 ? s.system.body_size(static_cast<int>(i / 3) + 1) : 1;
-        weight[s.n + i] = std::max(weight[s.n + i], s.rounding / (arm * h));
-      }
+    if (IDAGetCurrentStep(s.memory, &h) == IDA_SUCCESS && h > 0) {
+      const double rounding = s.rounding_of_places(y);
+      for (Eigen::Index i = 0; i < s.n; ++i) weight[s.n + i] = std::max(weight[s.n + i], rounding / (s.arm(i) * h));
+    }
     weight = weight.cwiseInverse();
     return 0;
   }
@@ -276,11 +283,6 @@ void Ida::begin() {
   dy.head(s.n) = now_.velocity, dy.segment(s.n, s.n) = now_.acceleration;
   for (Eigen::Index i = 0; i < s.r; ++i) y[2 * s.n + i] = now_.lambda[s.rows[static_cast<std::size_t>(i)]];
   y.tail(s.e) = flows_.of_elements, dy.tail(s.e) = now_.rates;
-  constexpr double far_away = 100;
-  double farthest = 0;
-  for (Eigen::Index i = 0; i < s.n; ++i)
-    if (i % 3 != 2) farthest = std::max(farthest, std::abs(now_.q[i]));
-  s.rounding = farthest > far_away * system_.length_scale() ? std::numeric_limits<double>::epsilon() * farthest : 0;
   check_ida(IDAReInit(s.memory, now_.t, s.y, s.dy), "IDAReInit");
   s.fresh = true;
 }
