@@ -30,7 +30,7 @@ void describe(Fields& v, Settle& s) {
 }
 
 void describe(Fields& v, Particle& p) {
-  v.vector("position", p.position, "m", "of the centre");
+  v.vector("position", p.position, "m", "of the centre, beside the container as given: `soil.surface` shifts both");
   v.vector("velocity", p.velocity, "m/s", "at the start");
   v.vector("angular velocity", p.spin, "rad/s", "at the start");
   v.quantity("radius", p.radius, "m", "(0, inf)", "radius");

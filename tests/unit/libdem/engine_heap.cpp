@@ -46,11 +46,15 @@ Counted count(const Law& law, int threads, Precision precision, int cache_blocks
   return out;
 }
 
+/// What memory a contact needs is the law's, how work is divided is the same for all: every law in two of the ways,
+/// two laws in all.
 TEST(Heap, OnlyForNewLists) {
   for (const int threads : {1, 2, 3})
     for (const Precision precision : {Precision::doubles, Precision::mixed})
       for (const int cache_blocks : {1, 3})
         for (const auto& [name, law] : every_law()) {
+          const bool of_all = threads == 2 && (precision == Precision::mixed) == (cache_blocks == 3);
+          if (!of_all && name != "linear" && name != "hertz-mindlin") continue;
           SCOPED_TRACE(testing::Message() << name << ", " << threads << " threads, " << cache_blocks
                                           << " cache blocks, " << (precision == Precision::mixed ? "mixed" : "double"));
           const Counted found = count(law, threads, precision, cache_blocks);
