@@ -81,7 +81,7 @@ struct ContactLaw {
                   ForceValues& values) const {
     const ContactPoint& c = place.point;
     values = {0, 0, c.gap, 0};
-    if (!(c.gap < 0)) return {};
+    if (!(c.gap < 0 || (can_stick() && touch.closed && touch.surfaces.sticks()))) return {};
     const HuntCrossleyForce::Push p = push(scene, place, touch);
     const double s = slip(scene, place);
     ForcePower power{p.stored, p.lost, 0};

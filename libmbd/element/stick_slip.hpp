@@ -15,6 +15,8 @@ namespace subsoil::mbd {
 /// begin at 0: s_0 is such that F holds the surfaces at rest as they begin to stick, s'' = 0, or as much of F as G
 /// allows (`System::grip`). Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0, critical if
 /// left out: 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed).
+/// Where nothing presses them yet (G = 0) surfaces stick only while s'' = 0, else they slide in its sense: |F| - G is
+/// zero there without passing through it, so that no root would show the end of sticking.
 /// Source: Karnopp 1985, J. Dyn. Sys. Meas. Control 107, 100, with a spring in place of his exact rest.
 struct StickSlip {
   int sliding = 0;      ///< 0 sticks, else the sense in which it slides
@@ -54,6 +56,8 @@ struct StickSlip {
     stuck_at = s + (force + damping * v) / k;
     return stored(k, s);
   }
+  /// Slides from now on.
+  void slide(int sense) { sliding = sense; }
   /// Slides if it moves, else sticks where it is.
   void begin(double s, double v, double given) {
     sliding = std::abs(v) < rest_speed ? 0 : v > 0 ? 1 : -1;

@@ -76,6 +76,8 @@ class ContactMemory {
     return changed;
   }
   bool sticks(std::size_t k) const { return holds(k); }
+  /// Whether a place at that gap exerts a force: one that sticks does so from the instant at which it closes.
+  bool acts(std::size_t k, double gap) const { return gap < 0 || holds(k); }
   double hold(const Scene& scene, std::size_t k) const {
     if (k >= contact_.touches.size() || !contact_.touches[k].closed) return 1;
     const ContactPlace p = contact_.place(scene, k);
@@ -97,6 +99,7 @@ class ContactMemory {
     return at(k).surfaces.grip(contact_.law.stick_stiffness, way(scene, k), slip(scene, k), force, mass,
                                contact_.law.stick_damping);
   }
+  void slide(std::size_t k, int sense) { at(k).surfaces.slide(sense); }
   /// By central differences along the motion: the point and its tangent move on surfaces of any shape. They err by
   /// 1e-12 s^2 times the third derivative of the slip, and by 1e-10/s of its rounding.
   double slip_acceleration(const Scene& scene, std::size_t k, std::span<const double> accelerations) const {

@@ -177,6 +177,8 @@ struct JointFriction {
     return surfaces.grip(stick_stiffness, c.s, c.v, force, mass, stick_damping);
   }
 
+  void slide(std::size_t, int sense) { surfaces.slide(sense); }
+
   double hold(const Scene& scene, std::size_t) const {
     const Contact c = contact(scene);
     return surfaces.hold(stick_stiffness, c.s, c.v, mu_s * c.normal);

@@ -150,10 +150,10 @@ ForcePower OutlineContact::evaluate(const Scene& scene, Loads& loads, ForceValue
       const ContactPoint& c = all[k];
       const bool deepest = c.gap < values[2];
       if (deepest) values[2] = c.gap;
-      if (!(c.gap < 0)) continue;
+      if (!remembering(*this).acts(first + k, c.gap)) continue;
       ForceValues own{};
       const ForcePower power = remembering(*this).push(scene, first + k, placed(site, c), loads, own);
-      values[0] += own[0], values[1] += own[1], values[4] += 1;
+      values[0] += own[0], values[1] += own[1], values[4] += c.gap < 0;
       if (deepest) values[3] = own[3];
       sum.stored += power.stored, sum.lost += power.lost;
     }

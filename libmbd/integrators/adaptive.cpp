@@ -300,6 +300,26 @@ void Adaptive::stop_at_hidden_event(double begin) {
   now_ = next_, flows_.of_elements = next_flows_;
 }
 
+// When friction beyond its limit sticks still at front_, puts front_ where it has reached it. A root function that is 0
+// where the method begins has no root for it until it has left 0.
+void Adaptive::stop_at_hidden_slip(double begin) {
+  constexpr double soonest = 1e-3;  // of the step: the strain by then shows the sense in which it slides
+  const std::vector<double> at_end = end_values();
+  const double h = front_ - begin;
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_friction(i) || !(at_end[i] < 0)) continue;
+    next_ = now_, next_flows_ = flows_.of_elements;
+    const auto margin = [&](double share) {
+      read_consistent(begin + share * h);
+      look(now_, gaps_);
+      return gaps_[i];
+    };
+    const double passed = begin + std::max(soonest, locate_crossing(margin, 1, margin(0), at_end[i])) * h;
+    if (passed < front_ || first_ != First::event) front_ = passed, hidden_here_ = i, first_ = First::event;
+    now_ = next_, flows_.of_elements = next_flows_;
+  }
+}
+
 void Adaptive::give_up(long taken, double end) {
   need_state();
   refuse_blow_up(system_, now_);  // beyond all bounds within finite time: steps vanish there
@@ -381,6 +401,7 @@ void Adaptive::method_step(double asked) {
   commits_ = remembers_;
   if (cut) first_ = First::restart;
   if (reached.root) first_ = First::event;
+  if (watches_switches() && !reached.root) stop_at_hidden_slip(begin);
   if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);
   if (watches_switches() && system_.has_joint_events()) stop_at_hidden_event(begin);
   if (first_ == First::nothing) settle_step(taken);

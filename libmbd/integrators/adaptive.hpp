@@ -61,6 +61,8 @@ class Adaptive : public Integrator {
   virtual void read(double t) = 0;
   /// Dense output of the last step as a polynomial, and the end of the segment at t.
   virtual void dense(double t, StepSegment& out) = 0;
+  /// The switching functions at the end of the last step, where it ended at no root.
+  virtual const std::vector<double>& end_values() const = 0;
   /// -1, 0 or +1 for each switching function: where the last root was, and in which direction.
   virtual void root_directions(std::vector<int>& out) = 0;
   /// Whether the unknowns are those of the partition's choice, so that a new choice restarts.
@@ -89,6 +91,7 @@ class Adaptive : public Integrator {
   void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
   void stop_at_hidden_event(double begin);
+  void stop_at_hidden_slip(double begin);
   [[noreturn]] void give_up(long taken, double end);
   bool try_step(double stop, Reached& reached);
   double resolved_stop(double stop, double planned);

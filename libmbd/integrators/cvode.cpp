@@ -52,6 +52,7 @@ struct Cvode::Solver {
   MotionState trial, good;  // good: last one whose joints closed, from which guesses are carried on
   MotionState begin;        // the same as the step began: trials of a step that failed are no guide to a shorter one
   Eigen::VectorXd expected;
+  std::vector<double> values;  // of the switching functions, as they were evaluated last
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
   bool stopped = false;  // by the stop time
@@ -273,6 +274,7 @@ struct Cvode::Solver {
       const SharedReactions reactions(s.system, s.partition.used_rows().size(), s.trial.lambda,
                                       events_read_reactions(s.system));
       s.switches.gaps({out, s.switches.count()}, &s.trial.acceleration, &reactions.lambda());
+      s.values.assign(out, out + s.switches.count());
     });
   }
 };
@@ -386,6 +388,8 @@ void Cvode::dense(double t, StepSegment& out) {
   sundials::take_powers(s.dense, 2 * s.f + s.e, out.polynomial,
                         [&](int k, N_Vector into) { return CVodeGetDky(s.memory, last, k, into); });
 }
+
+const std::vector<double>& Cvode::end_values() const { return solver_->values; }
 
 void Cvode::root_directions(std::vector<int>& out) {
   check_cvode(CVodeGetRootInfo(solver_->memory, out.data()), "CVodeGetRootInfo");

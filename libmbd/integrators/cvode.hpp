@@ -34,6 +34,7 @@ class Cvode : public Adaptive {
   double planned_step() const override;
   void read(double t) override;
   void dense(double t, StepSegment& out) override;
+  const std::vector<double>& end_values() const override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override {
     return local_tolerance(options_.rtol, 1e-14) + local_tolerance(options_.atol, 1e-15);

@@ -43,6 +43,7 @@ struct Ida::Solver {
   SUNLinearSolver linear = nullptr;
   Constraints c;
   Eigen::VectorXd q, w, load, lambda, mu, correction, states, acceleration;
+  std::vector<double> values;  // of the switching functions, as they were evaluated last
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
   bool fresh = true;  // no step since the last beginning
@@ -230,6 +231,7 @@ struct Ida::Solver {
       s.acceleration = ConstMap(N_VGetArrayPointer(yp), s.size()).segment(s.n, s.n);
       const SharedReactions reactions(s.system, s.rows.size(), s.lambda, events_read_reactions(s.system));
       s.switches.gaps({out, s.switches.count()}, &s.acceleration, &reactions.lambda());
+      s.values.assign(out, out + s.switches.count());
     });
   }
 };
@@ -362,6 +364,8 @@ void Ida::dense(double t, StepSegment& out) {
   out.polynomial.powers.resize(2 * s.n + s.e, all.cols());
   out.polynomial.powers << all.topRows(2 * s.n), all.bottomRows(s.e);
 }
+
+const std::vector<double>& Ida::end_values() const { return solver_->values; }
 
 void Ida::root_directions(std::vector<int>& out) {
   check_ida(IDAGetRootInfo(solver_->memory, out.data()), "IDAGetRootInfo");

@@ -32,6 +32,7 @@ class Ida : public Adaptive {
   double planned_step() const override;
   void read(double t) override;
   void dense(double t, StepSegment& out) override;
+  const std::vector<double>& end_values() const override;
   void root_directions(std::vector<int>& out) override;
   double step_tolerance() const override { return rtol_ + atol_; }
   bool follows_partition() const override { return false; }

@@ -68,6 +68,11 @@ double Integrator::grip(std::size_t force, std::size_t place) {
 }
 
 void Integrator::release_friction() {
+  look(now_, gaps_);
+  const std::vector<double> margins = gaps_;
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_friction(i) && margins[i] == 0)
+      flows_.of_elements[static_cast<Eigen::Index>(switches_.force(i))] -= grip(switches_.force(i), switches_.place(i));
   for (std::size_t turn = 0; turn < 2 * switches_.count(); ++turn) {
     look(now_, gaps_);
     std::size_t i = 0;
@@ -395,7 +400,7 @@ void Integrator::take_event(std::size_t which) {
       friction ? system_.pass_event(force, place) : system_.touch(force, place, switches_.side(which) < 0);
   double& lost = flows_.of_elements[static_cast<Eigen::Index>(force)];
   lost += change.heat;
-  if (friction && !change.slides) lost -= grip(force, place);
+  if (friction ? !change.slides : switches_.side(which) < 0) lost -= grip(force, place);
   const int of_friction = change.slides ? 1 : -1;
   events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
 }

@@ -126,8 +126,8 @@ class Integrator {
   /// Events of joints whose condition is met where no step has led there: at the start, after a jump of forces. At a
   /// state that the partition has evaluated; true where there were any.
   bool fire_due();
-  /// Friction whose stiction or sense of sliding an impact or jump has ended, where no step has led there: at a
-  /// state that the partition has evaluated.
+  /// Friction whose stiction or sense of sliding an impact or jump has ended, where no step has led there, and what is
+  /// at its limit: at a state that the partition has evaluated.
   void release_friction();
   /// Contacts at their zero that the motion leads through, of which no root is found: several that close or open at one
   /// instant, and those that the start touches. At a state that the partition has evaluated.

@@ -171,6 +171,12 @@ double grip_place(const System& system, Force&& f, std::size_t place,
     return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
   };
   const double free = slip(0), limit = f.grip_limit(system.scene(), place);
+  constexpr double rounding = 1e-8;  // of a slip's acceleration beside those of the bodies
+  if (!(limit > 0) && !system.keeps_grips() && std::abs(free) > rounding * accelerate().cwiseAbs().maxCoeff()) {
+    f.slide(place, free > 0 ? 1 : -1);
+    accelerate();
+    return 0;
+  }
   double held = limit > 0 ? limit : 1, rest = slip(held), mass = held / (rest - free);
   if (!(mass > 0 && std::isfinite(mass))) {  // its surfaces cannot move, or are not held by forces
     const double stored = f.grip(system.scene(), place, kept, 0);

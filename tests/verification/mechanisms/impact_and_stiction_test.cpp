@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -208,6 +210,70 @@ TEST_P(Touching, ABlockThatBeginsAtTheSurfaceRubs) {
   EXPECT_NEAR(machine.body(1).r.x, v * v / (2 * mu * g), 2e-3);
   EXPECT_NEAR(machine.body(1).v.x, 0, 1e-4);
   EXPECT_LT(machine.energy().closure(), 1e-5);
+}
+
+/// Block as block(), or a disk of 0.2 m, that begins at rest with its outline on the floor: nothing presses it yet.
+Model laid_on_the_floor(double slope, double mu, bool disk, double pull = 0) {
+  Model m = block(slope, mu, 0);
+  Body& body = m.bodies[0];
+  body.pose[1] = 0.2;
+  if (disk) {
+    const OutlineContact outline = m.forces[0].element.get<OutlineContact>();
+    body.inertia = mass * 0.2 * 0.2 / 2;
+    m.forces.clear();
+    m.add("floor", LineContact{.body_a = ground, .body_b = 1, .radius = 0.2, .law = outline.law});
+  }
+  if (pull > 0) m.add("pull", AppliedForce{.body = 1, .point = {0, -0.2}, .fx = PolynomialFunction{.c = {pull}}});
+  return m;
+}
+
+// What has no normal force as it begins cannot stick on a slope steeper than its friction: the impulse of the floor is
+// m g cos t less m v_n, and v_n is gone at 1 s, so that v = g (sin - mu cos) t whatever the depth did meanwhile.
+TEST_P(Touching, WhatIsLaidOnASteepSlopeSlidesAtOnce) {
+  for (const bool disk : {false, true}) {
+    SCOPED_TRACE(disk);
+    constexpr double slope = 0.6, mu = 0.1;  // a disk rolls up to mu = slope/3
+    Machine machine(laid_on_the_floor(slope, mu, disk), options());
+    machine.start_from_pose();
+    move_to(machine, 1, 1e-4);
+    const double normal = g / std::hypot(1.0, slope), a = normal * (slope - mu);
+    EXPECT_NEAR(machine.body(1).v.x, a, 2e-6 * a);
+    if (disk) {
+      EXPECT_NEAR(machine.body(1).omega, -2 * mu * normal / 0.2, 2e-6 * a / 0.2);
+    }
+    EXPECT_LT(machine.energy().closure(), 1e-6);
+  }
+}
+
+// The same of a pull above mu m g on the level, and of one below: sinking in it has slipped by no more than it could
+// while the floor did not carry it yet, some (m/k)^(1/2), and then it stands still, its springs damped critically.
+TEST_P(Touching, WhatIsPulledAsItIsLaidDownSlidesOrHolds) {
+  constexpr double mu = 0.3, limit = mu * mass * g;
+  for (const double share : {0.0, 0.5, 1.5}) {
+    SCOPED_TRACE(share);
+    Machine machine(laid_on_the_floor(0, mu, false, share * limit), options());
+    machine.start_from_pose();
+    move_to(machine, 1, 1e-4);
+    const double surplus = std::max(0.0, share - 1) * limit / mass;
+    EXPECT_NEAR(machine.body(1).v.x, surplus, share > 1 ? 1e-4 * surplus : 1e-7);
+    const double sinking = std::numbers::pi * std::sqrt(mass / (2 * stiff));
+    if (share < 1) {
+      EXPECT_LT(machine.body(1).r.x, limit / mass * sinking * sinking + limit / (2 * bristle));
+    }
+    EXPECT_LT(machine.energy().closure(), 1e-6);
+  }
+}
+
+// On a slope that holds it, friction has stopped it when it has sunk in, and nothing swings on.
+TEST_P(Touching, WhatIsLaidOnAFlatSlopeComesToRest) {
+  Machine machine(laid_on_the_floor(0.3, 0.5, false), options());
+  machine.start_from_pose();
+  move_to(machine, 1, 1e-4);
+  const double at_one = machine.body(1).r.x;
+  EXPECT_LT(at_one, 0.3 * mass * g / bristle);
+  move_to(machine, 2, 1e-4);
+  EXPECT_NEAR(machine.body(1).r.x, at_one, 1e-9);
+  EXPECT_NEAR(machine.body(1).v.x, 0, 1e-9);
 }
 
 // Under a pull that grows it holds until mu m g, then slides: at 1 s it has gone what the surplus has brought.
