@@ -1,6 +1,8 @@
 #include "libmbd/integrators/events.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "libmbd/elements.hpp"
 
@@ -28,6 +30,10 @@ bool needs_events(const AnyForce& any) {
         return false;
       },
       any);
+}
+
+bool needs_events(const Model& model) {
+  return std::any_of(model.forces.begin(), model.forces.end(), [](const auto& f) { return needs_events(f.element); });
 }
 
 Switches::Switches(const System& system) : system_(system) {
@@ -67,6 +73,19 @@ void Switches::gaps(std::span<double> out, const Eigen::VectorXd* acceleration, 
           return gaps + sticks;
         },
         system_.model().forces[force(i)].element);
+  const double margin = rounding();
+  for (std::size_t i = 0; has_gaps_ && i < of_forces_.size(); ++i)
+    if (of_gap(i)) out[i] += sides_[i] > 0 ? margin : -margin;
+}
+
+double Switches::rounding() const {
+  constexpr double roundings = 8;  // of a gap: of two poses, two outlines and what is made of them
+  double farthest = 0, turned = 1;
+  for (const BodyState& b : system_.scene().bodies) {
+    farthest = std::max({farthest, std::abs(b.r.x), std::abs(b.r.y)});
+    turned = std::max(turned, std::abs(b.angle));
+  }
+  return roundings * std::numeric_limits<double>::epsilon() * (farthest + turned * system_.length_scale());
 }
 
 void Switches::gap_speeds(std::span<double> out) const {
@@ -82,6 +101,7 @@ void Switches::gap_speeds(std::span<double> out) const {
 }
 
 void Switches::take_sides() {
+  sides_.assign(count(), 1);
   gaps(work_);
   for (std::size_t i = 0; i < count(); ++i) sides_[i] = work_[i] < 0 && !of_friction(i) ? -1 : 1;
 }

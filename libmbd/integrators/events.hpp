@@ -27,8 +27,10 @@ struct Event {
 /// angle on whose sign the force's law depends: > 0 open, < 0 in contact; with several of them, `gaps`; or with `double
 /// hold(const Scene&, k) const`, which falls through 0 where friction at a place k changes between sliding and
 /// sticking, decided by `pass_event(const Scene&, k)`. Smooth methods keep their order only between the zeros of these;
-/// a zero is located, the method restarted there, the event counted. A contact that closes and opens again within one
-/// step leaves no change of sign: integrators with a dense output look for it inside the step (find_hidden_contact).
+/// a zero is located, the method restarted there, the event counted. Gaps pass 0 by their rounding before it is one,
+/// either way: surfaces that touch without load would open and close with every rounding. A contact that closes and
+/// opens again within one step leaves no change of sign: integrators with a dense output look for it inside the step
+/// (find_hidden_contact).
 class Switches {
  public:
   explicit Switches(const System& system);
@@ -59,6 +61,8 @@ class Switches {
   void set_side(std::size_t i, int side) { sides_[i] = side; }
 
  private:
+  double rounding() const;  ///< of gaps at the state set last
+
   const System& system_;
   struct OfForce {
     std::size_t force, place;
@@ -73,6 +77,9 @@ class Switches {
 /// Whether a force changes at its events, so that these have to be located: friction that sticks, impacts of a given
 /// restitution.
 bool needs_events(const AnyForce& force);
+
+/// True when any force does.
+bool needs_events(const Model& model);
 
 /// True when forces remember accepted states (ruts): then no step may run ahead of what is accepted.
 bool remembers(const Model& model);

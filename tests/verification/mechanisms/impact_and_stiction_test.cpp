@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/disk_contact.hpp"
 #include "libmbd/forces/line_contact.hpp"
@@ -274,6 +275,36 @@ TEST_P(Touching, WhatIsLaidOnAFlatSlopeComesToRest) {
   move_to(machine, 2, 1e-4);
   EXPECT_NEAR(machine.body(1).r.x, at_one, 1e-9);
   EXPECT_NEAR(machine.body(1).v.x, 0, 1e-9);
+}
+
+// Two boxes on each other and on a cart, all at gap 0, so that rounding alone presses the upper one as they begin. The
+// cart's acceleration grows as 6 c t: the lower box holds (10 kg x 2.5 m/s^2 + mu_2 m g < 2 mu_1 m g), the upper one
+// slides from 6 c t = mu_2 g on.
+TEST_P(Touching, AStackThatOnlyTouchesRidesOnACart) {
+  constexpr double c = 5.0 / 6, mu_1 = 0.3, mu_2 = 0.2, end = 0.5;
+  const PolygonOutline box{.points = {{-0.5, -0.1}, {0.5, -0.1}, {0.5, 0.1}, {-0.5, 0.1}}};
+  const auto rests = [&](int below, int above, double mu) {
+    return OutlineContact{
+        .body_a = below,
+        .body_b = above,
+        .first = FlatOutline{.point = {0, 0.1}},
+        .second = box,
+        .law = {.normal = {.n = 1, .stiffness = 1e7, .damping = 50}, .friction = mu, .stick_stiffness = 5e6}};
+  };
+  Model m;
+  m.add({.name = "cart", .mass = 50, .inertia = 3, .pose = {0, -0.1, 0}});
+  m.add({.name = "lower", .mass = 10, .inertia = 0.5, .pose = {0, 0.1, 0}});
+  m.add({.name = "upper", .mass = 10, .inertia = 0.5, .pose = {0, 0.3, 0}});
+  m.add("track", Translational{.body_a = ground, .body_b = 1, .p_a = {0, -0.1}});
+  m.add("drive", CoordinateDriver{.body = 1, .motion = {.position = PolynomialFunction{.c = {0, 0, 0, c}}}});
+  m.add("on the cart", rests(1, 2, mu_1)), m.add("on the box", rests(2, 3, mu_2));
+  Machine machine(m, options());
+  machine.start_from_pose();
+  move_to(machine, end, 2e-4);
+  const double slides = mu_2 * g / (6 * c);
+  EXPECT_NEAR(machine.body(2).v.x, 3 * c * end * end, 1e-4);
+  EXPECT_NEAR(machine.body(3).v.x, 3 * c * slides * slides + mu_2 * g * (end - slides), 1e-4);
+  EXPECT_LT(machine.events().size(), 200U);
 }
 
 // Under a pull that grows it holds until mu m g, then slides: at 1 s it has gone what the surplus has brought.
