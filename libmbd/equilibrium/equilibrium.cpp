@@ -11,6 +11,7 @@
 #include "libmbd/base/slope.hpp"
 #include "libmbd/equilibrium/relaxation.hpp"
 #include "libmbd/forces/beam_element.hpp"
+#include "libmbd/integrators/events.hpp"
 
 namespace subsoil::mbd {
 
@@ -19,6 +20,7 @@ namespace {
 constexpr int most_turns = 400;
 constexpr double longest_time = 1e6;  // of pseudo-time: rates that are slower count as none (s)
 constexpr double touching = 1e-9;     // of the machine's length: contacts this near touch
+constexpr double nearby = 1e-2;       // of the machine's length: poses that a contact's strain leads to
 
 /// The balance of all coordinates, constraints and states at a steady state, scaled to forces, lengths and rates.
 class Balance {
@@ -412,6 +414,16 @@ std::string drifting_state(const System& system, const Eigen::VectorXd& r) {
          std::to_string(r[first + worst]) + " in a second";
 }
 
+/// Whether all that sticks at the state set last is within the limits of its friction, by more than its rounding.
+bool friction_holds(const System& system) {
+  Switches switches(system);
+  std::vector<double> margins(switches.count());
+  switches.gaps(margins);
+  for (std::size_t i = 0; i < margins.size(); ++i)
+    if (switches.of_friction(i) && margins[i] < 0) return false;
+  return true;
+}
+
 /// ", give friction 'pad' a `stick stiffness`, without which it holds nothing at rest", where there is any.
 std::string stiction_missing(const System& system, double speed) {
   const std::vector<std::string> names = system.creeping();
@@ -436,27 +448,46 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
   system.follow_touches(close, true);
   Balance balance(system, t, start);
   Equilibrium found = start;
-  const auto begin_again = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& states) {
+  const auto begin_again = [&](const Rest& from) {
     start.iterations = found.iterations, found = start;
-    found.q = q, found.states = states;
+    found.q = from.q, found.states = from.states;
     balance.at(found);
     system.follow_touches(close, true);
+    if (!from.grips.empty()) system.set_grips(from.grips);
   };
   std::string falls;
   bool closed = false;
   if (has_beams(system)) {
     closed = follow_growing_load(system, balance, found) && solve_balance(system, balance, found);
-    if (!closed) begin_again(start.q, start.states);
+    if (!closed) begin_again({start.q, start.states});
   }
   closed = closed || solve_balance(system, balance, found);
-  if (!closed && speed == 0) {
+  const auto moved = [&] {
+    return (found.q - guess).cwiseProduct(coordinate_scale(system)).cwiseAbs().maxCoeff() / system.length_scale();
+  };
+  const auto holds = [&] {
+    balance.at(found);
+    return friction_holds(system);
+  };
+  // Newton's steps may lead through contacts to a pose far away, though what sticks would hold the machine nearer.
+  const bool may_be_nearer = closed && speed == 0 && needs_events(system.model()) && (moved() > nearby || !holds());
+  if ((!closed && speed == 0) || may_be_nearer) {
+    const Equilibrium first = found;
+    const System::Grips first_grips = system.grips();
+    const bool first_holds = closed && holds();
+    const double first_moved = moved();
+    closed = false;
     try {
-      const Rest rest = fall_to_rest(system, t, guess);
-      begin_again(rest.q, rest.states);
+      begin_again(fall_to_rest(system, t, guess));
       closed = solve_balance(system, balance, found);
     } catch (const BlowUp&) {  // nothing holds it
     } catch (const std::runtime_error&) {
       falls = ", and released there it falls into a pose from which it cannot move";
+    }
+    if (may_be_nearer && (!closed || (first_holds ? !holds() || moved() > first_moved : !holds()))) {
+      closed = true, found = first;
+      balance.at(found);
+      system.set_grips(first_grips);
     }
   }
   char residual[32];

@@ -2,6 +2,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/integrators/cvode.hpp"
+#include "libmbd/integrators/events.hpp"
 
 namespace subsoil::mbd {
 
@@ -14,7 +15,8 @@ Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
   const System::Restart memory = system.save();
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(from.size()), scale = coordinate_scale(system);
   Cvode fall(system, {.rtol = 1e-4, .atol = 1e-6});
-  fall.locate_events(false);
+  // What sticks holds where it has touched: without it the fall would lead through the floor that carries the machine.
+  fall.locate_events(needs_events(system.model()) && system.model().events.empty());
   fall.start(t, from, still);
   const auto pull = [&] { return scale.cwiseProduct(fall.state().acceleration).cwiseAbs().maxCoeff(); };
   const double first = pull();
@@ -35,9 +37,10 @@ Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
       if (pull() < near_rest * first) break;
     }
   }
+  const System::Grips grips = system.grips();
   system.set_start_states({});
   system.restore(memory);
-  return {fall.state().q, fall.state().states};
+  return {fall.state().q, fall.state().states, grips};
 }
 
 }  // namespace subsoil::mbd

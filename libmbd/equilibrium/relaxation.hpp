@@ -13,6 +13,7 @@ namespace subsoil::mbd {
 /// as long as each fall lasts. Ruts and other memories of the system are as before afterwards.
 struct Rest {
   Eigen::VectorXd q, states;
+  System::Grips grips{};  ///< what sticks there, by less than its limit
 };
 Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from);
 

@@ -14,6 +14,7 @@
 #include "libmbd/forces/bushing.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/spring_damper.hpp"
+#include "libmbd/integrators/events.hpp"
 #include "libsim/base/json.hpp"
 #include "libsim/base/version.hpp"
 #include "libsim/io/atomic_file.hpp"
@@ -198,6 +199,28 @@ void warn_of_closed_pose(const mbd::Machine& machine, const MachineSection& sect
       moved, fmt::join(springs, ", "), springs.size() > 1 ? "are" : "is");
 }
 
+/// What sticks holds poses nearby: an equilibrium far off may be on the other side of a contact.
+void warn_of_far_pose(const Scenario& s, const mbd::Machine& machine) {
+  constexpr double far_off = 0.1;  // of the machine's length
+  const mbd::System& system = machine.system();
+  if (!mbd::needs_events(system.model())) return;
+  const Poses given = start_poses(s);
+  Eigen::VectorXd way = Eigen::VectorXd::Zero(system.coordinates());
+  for (std::size_t b = 1; b < given.size(); ++b) {  // what a beam is divided into follows behind
+    const auto first = static_cast<Eigen::Index>(3 * (b - 1));
+    const Eigen::Vector3d pose{given[b].r.x, given[b].r.y, given[b].angle};
+    way.segment(first, 3) = machine.equilibrium()->q.segment(first, 3) - pose;
+  }
+  Eigen::Index at = 0;
+  const double most = way.cwiseProduct(mbd::coordinate_scale(system)).cwiseAbs().maxCoeff(&at);
+  if (most <= far_off * system.length_scale()) return;
+  spdlog::warn(
+      "warning: the equilibrium is {:.3g} m (angles times the machine's length) beside the pose given, of body '{}': "
+      "what sticks does not hold it there, it has fallen, slid away or passed a contact; look at the pose, or let it "
+      "move, with `analysis: dynamics`",
+      most, system.body_name(static_cast<int>(at / 3) + 1));
+}
+
 /// Modes whose derivatives are not determined: a law has a corner at the state itself.
 void warn_of_uncertain(const std::vector<mbd::Mode>& modes) {
   constexpr double share = 1e-3;
@@ -265,6 +288,7 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
   if (machine.equilibrium() && s.analysis != Analysis::assembly) {
     refuse_unrest(machine, s.machine->start.kind == StartKind::towing_equilibrium && s.machine->start.speed != 0);
     warn_of_closed_pose(machine, *s.machine);
+    warn_of_far_pose(s, machine);
   }
   std::filesystem::create_directories(request.out);
   write_atomically(request.out / "scenario.yaml", write_scenario(s));

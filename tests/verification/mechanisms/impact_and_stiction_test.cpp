@@ -307,6 +307,40 @@ TEST_P(Touching, AStackThatOnlyTouchesRidesOnACart) {
   EXPECT_LT(machine.events().size(), 200U);
 }
 
+// A ladder of 4 m between floor and wall, both of mu, holds from tan = (1 - mu^2)/(2 mu) on, 56.6 degrees: the
+// equilibrium is where it stands, strained by its weight, whether its ends touch or are pressed in a little. Beside it
+// there is one that no ladder comes to: it hangs on its foot below the floor.
+TEST(Stiction, ALadderThatHoldsIsInEquilibriumWhereItStands) {
+  constexpr double half = 2, mu = 0.3, k = 1e7, m_ladder = 20;
+  for (const double degrees : {60.0, 65.0, 70.0, 75.0})
+    for (const double pressed : {0.0, 1e-6, 1e-5}) {
+      SCOPED_TRACE(std::to_string(degrees) + " degrees, pressed in by " + std::to_string(pressed));
+      const double angle = degrees * std::numbers::pi / 180, up = std::sin(angle), out = std::cos(angle);
+      const ContactLaw law{.normal = {.n = 1, .stiffness = k, .damping = 5}, .friction = mu, .stick_stiffness = k};
+      Model m;
+      m.add({.name = "ladder",
+             .mass = m_ladder,
+             .inertia = m_ladder * 16 / 12,
+             .pose = {half * out - pressed, half * up - pressed, std::numbers::pi - angle}});
+      m.add("floor", LineContact{.body_a = ground, .body_b = 1, .p_b = {-half, 0}, .law = law});
+      m.add("wall",
+            LineContact{.body_a = ground, .body_b = 1, .p_b = {half, 0}, .angle_a = -std::numbers::pi / 2, .law = law});
+      Machine machine(m, {.integrator = IntegratorKind::cvode});
+      machine.start_from_towing_equilibrium(0);
+      const double strain = m_ladder * g / k;  // of each contact, and the play that the pose began with
+      EXPECT_NEAR(machine.body(1).angle, std::numbers::pi - angle, 10 * (strain + pressed) / half);
+      const BodyState found = machine.body(1);
+      const double foot = found.r.y - half * std::sin(std::numbers::pi - found.angle);
+      const double tip = found.r.x + half * std::cos(found.angle);
+      EXPECT_LT(std::max(foot, tip), 0);
+      // The floor's normal force and the wall's friction carry the weight.
+      EXPECT_NEAR(-k * foot, m_ladder * g, -mu * k * tip + 1e-6 * m_ladder * g);
+      move_to(machine, 1, 1e-2);
+      EXPECT_NEAR(machine.body(1).r.x, found.r.x, 1e-9);
+      EXPECT_NEAR(machine.body(1).r.y, found.r.y, 1e-9);
+    }
+}
+
 // Under a pull that grows it holds until mu m g, then slides: at 1 s it has gone what the surplus has brought.
 TEST_P(Touching, APulledBlockBreaksAwayAtItsLimit) {
   constexpr double mu = 0.4, per_second = 30;
