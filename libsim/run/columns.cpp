@@ -10,6 +10,7 @@
 #include "libsim/document/quantity.hpp"
 #include "libsim/run/column_table.hpp"
 #include "libsim/scenario/mean_columns.hpp"
+#include "libsim/setup/machine.hpp"
 #include "libsim/setup/moving_soil.hpp"
 
 namespace subsoil::sim {
@@ -146,6 +147,14 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
   watches_.push_back(std::move(source));
 }
 
+double Columns::noise_of(std::size_t column) const {
+  constexpr double share = 0.01;  // of the error asked for, in a step
+  const std::string& unit = columns_[column].unit;
+  const bool moves = unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s";
+  if (!world_.machine || !moves) return 0;
+  return share * atol_of(scenario_);
+}
+
 // Over less a difference of values of size 1 has fewer than seven digits, with steps of a millisecond.
 constexpr double share_of_step = 1e-6;
 
@@ -157,6 +166,7 @@ void Columns::add_history(const Watch& watch, const Loaded& loaded) {
   History::Rule rule{.kind = watch.kind,
                      .unbroken = watch.unbroken,
                      .held = is_mean(of),
+                     .noise = noise_of(of),
                      .shortest = share_of_step * simulation_.step_length()};
   if (watch.within) rule.within = *watch.within;
   rule.rising = watch.direction != CrossingDirection::falling;

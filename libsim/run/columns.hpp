@@ -80,6 +80,8 @@ class Columns {
   /// What each column of the row at an instant may change by from rounding alone: 1e-12 of the maximum value in the row
   /// with its unit, and for forces and moments of the maximum reaction of the machine. For machines alone.
   void rounding_of(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) const;
+  /// What a pose or velocity near 0 is not known to, from the tolerance of the machine's method; 0 of other columns.
+  double noise_of(std::size_t column) const;
   /// Adds what is worth looking for between instants, for what is followed over time.
   void request(std::vector<mbd::Request>& out) const;
   void archive_histories(Archive& a);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "libsim/base/json.hpp"
 #include "libsim/document/quantity.hpp"
@@ -23,6 +24,7 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
     } catch (const UnitError& error) {
       throw ScenarioError(fmt::format("{} = {}: {}", loaded.where(path + ".at"), s.at, error.what()));
     }
+    c.noise = columns.noise_of(c.column);
     c.rising = s.direction != CrossingDirection::falling, c.falling = s.direction != CrossingDirection::rising;
     c.stop_after = s.stop_after;
     needs_sums_ = needs_sums_ || columns.is_sum(c.column);
@@ -68,7 +70,7 @@ bool Crossings::look(double t, std::span<const double> values, const Locate& loc
     const double value = values[c.column] - c.level;
     if (pass(c, t, value, locate) && c.stop_after > 0 && static_cast<long>(c.times.size()) >= c.stop_after)
       stop(c.name, c.times.back());
-    if (value != 0) c.side = value > 0 ? 1 : -1;  // on the value itself it is still where it came from
+    if (std::abs(value) > c.noise) c.side = value > 0 ? 1 : -1;  // on the value itself it is still where it came from
     c.value = value;
   }
   for (Stop& s : stops_) look(s, t, values[s.column] - s.level, locate);
@@ -85,9 +87,9 @@ void Crossings::request(std::vector<mbd::Request>& out) const {
 
 /// Whether it has passed, in a direction that counts.
 bool Crossings::pass(Crossing& c, double t, double value, const Locate& locate) {
-  if (!looked_ || c.side == 0 || value == 0 || (value > 0) == (c.side > 0)) return false;
+  if (!looked_ || c.side == 0 || std::abs(value) <= c.noise || (value > 0) == (c.side > 0)) return false;
   if (!(value > 0 ? c.rising : c.falling)) return false;
-  const double share = c.value == 0 ? 0 : locate({c.column, c.level, c.side, c.value, value});
+  const double share = c.side * c.value <= 0 ? 0 : locate({c.column, c.level, c.side, c.value, value});
   c.times.push_back(looked_at_ + share * (t - looked_at_));
   return true;
 }

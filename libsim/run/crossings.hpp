@@ -61,6 +61,7 @@ class Crossings {
     bool rising = true, falling = true;
     long stop_after = 0;
     int side = 0;
+    double noise = 0;  ///< what is nearer to the level is on it
     double value = 0;  ///< less the level, at the look before
     std::vector<double> times;
     void archive(Archive& a) { a("side", side)("value", value)("times", times); }

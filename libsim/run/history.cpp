@@ -157,7 +157,7 @@ void History::take_extreme(const Piece& p, double sign) {
 
 void History::take_count(double y) {
   const double above = y - rule_.level;
-  if (above == 0) return;  // on the value itself it is still where it came from
+  if (std::abs(above) <= rule_.noise) return;  // on the value itself it is still where it came from
   const int side = above > 0 ? 1 : -1;
   if (side_ != 0 && side != side_ && (side > 0 ? rule_.rising : rule_.falling)) ++value_;
   side_ = side;
@@ -168,7 +168,7 @@ void History::take_time(const Piece& p, double sign) {
   // Where the middle is known passages have been sought: a piece then ends at them, but for the last of very many.
   const bool passes = from * until < 0 && std::min(std::abs(from), std::abs(until)) > 1e-9 * std::abs(from - until);
   if (p.b != 0 && !passes) {
-    if (sign * (p.at(0.5) - rule_.level) > 0)
+    if (sign * (p.at(0.5) - rule_.level) > rule_.noise)
       value_ += p.dt;
     else if (rule_.unbroken)
       value_ = 0;
@@ -191,7 +191,7 @@ void History::take_time(const Piece& p, double sign) {
   for (std::size_t i = 1; i <= count; ++i) {
     const double cut = std::clamp(cuts[i], before, 1.0);
     if (cut > before) {
-      const bool beyond = sign * (p.at(0.5 * (before + cut)) - rule_.level) > 0;
+      const bool beyond = sign * (p.at(0.5 * (before + cut)) - rule_.level) > rule_.noise;
       if (beyond) value_ += (cut - before) * p.dt;
       if (!beyond && rule_.unbroken) value_ = 0;
     }

@@ -26,6 +26,7 @@ class History {
     bool rising = true, falling = true;
     bool unbroken = false;
     bool held = false;
+    double noise = 0;     ///< what is nearer to the level counts as on it, and on no other side of it
     double shortest = 0;  ///< s; over less no derivative is taken: what comes then counts as of the instant before
   };
   History() = default;

@@ -101,6 +101,9 @@ mbd::AnyController controller_of(const MachineSection& m, mbd::AnyController con
 /// Of a run with adams-moulton at its automatic step, in position over the machine's length and in velocity over the
 /// maximum. Impacts one after the other magnify it a hundredfold at the most, to a tenth of what is warned of.
 constexpr double automatic_step_error = 1e-6;
+// Of cvode. Measured over the mechanisms of docs/verification/mechanisms.md: the looser 1e-8 saves a third of the time
+// at most.
+constexpr double cvode_tolerance = 1e-12;
 
 int order_of(const Scenario& s) {
   const int order = static_cast<int>(s.time.machine.order.value_or(mbd::AdamsMoultonOptions{}.order));
@@ -136,6 +139,12 @@ mbd::IntegratorKind integrator_of(const Scenario& s) {
   if (!alone) return has_oil(s) ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::adams_moulton;
   // The fastest wave of a beam is a thousand times faster than what bends it: stiff.
   return !s.machine || s.machine->beams.empty() ? mbd::IntegratorKind::cvode : mbd::IntegratorKind::ida;
+}
+
+double atol_of(const Scenario& s) {
+  const mbd::IntegratorKind kind = integrator_of(s);
+  if (kind == mbd::IntegratorKind::cvode) return s.time.machine.atol.value_or(cvode_tolerance);
+  return kind == mbd::IntegratorKind::ida ? s.time.machine.atol.value_or(mbd::IdaOptions{}.atol) : 0;
 }
 
 double longest_machine_step(const Scenario& s, const mbd::Model& model) {
@@ -297,8 +306,7 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
     options.adams_moulton.error_per_second = automatic_step_error / s.time.end;
   options.ida.rtol = time.rtol.value_or(options.ida.rtol), options.ida.atol = time.atol.value_or(options.ida.atol);
   options.ida.formulation = time.formulation;
-  // Measured over the mechanisms of docs/verification/mechanisms.md: the looser 1e-8 saves a third of the time at most.
-  options.cvode.rtol = time.rtol.value_or(1e-12), options.cvode.atol = time.atol.value_or(1e-12);
+  options.cvode.rtol = time.rtol.value_or(cvode_tolerance), options.cvode.atol = time.atol.value_or(cvode_tolerance);
   options.locate_events = time.locate_events;
   options.assemble = s.machine->assemble;
   extend_motions(s, model);

@@ -13,6 +13,8 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded);
 /// The integrator that the scenario asks for. `auto`: cvode, which chooses its steps by their error, for a machine
 /// alone; adams-moulton where the step is given, be it by the soil or by the user.
 mbd::IntegratorKind integrator_of(const Scenario& s);
+/// Absolute error that its variable-step method is asked for; 0 of methods without.
+double atol_of(const Scenario& s);
 
 /// The longest part of a machine step that fixed steps can take for the waves of beams, s; infinity without beams.
 double longest_machine_step(const Scenario& s, const mbd::Model& model);

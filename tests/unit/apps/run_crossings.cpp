@@ -55,6 +55,43 @@ TEST(Crossings, OfAnOscillatorAreWhereTheCosineIs) {
   }
 }
 
+// A beam held at rest at angle 0 never passes it, though methods leave its angle at their rounding, either side of 0;
+// an oscillation of a hundred times the tolerance does, twice a period.
+TEST(Crossings, OfRoundingAreNone) {
+  const RunDirectory dir;
+  const auto scenario = [&](const std::string& holds) {
+    return dir.scenario(fmt::format(R"(subsoil: 1
+machine:
+  bodies:
+    arm: {{mass: 2 kg, inertia: 0.5 kg m^2, at: 0.5 0 m}}
+    end: {{mass: 1 kg, inertia: 0.1 kg m^2, at: 1.5 0 m}}
+    ball: {{mass: 1 kg, inertia: 1 kg m^2, at: 1 1 m, velocity: 1e-7 0 m/s}}
+  joints:
+    pin: {{revolute: [ground, arm], at: 0 0 m}}
+    weld: {{fixed: [arm, end], at: 1 0 m}}
+    rail: {{translational: [ground, ball], at: 0 1 m, along: 1 0}}
+    hold: {{distance: [ground, end], ends: [1.5 2 m, 1.5 0 m]}}
+  forces: {{spring: {{spring-damper: [ground, ball], ends: [0 1 m, 1 1 m], stiffness: 100 N/m, free length: 1 m}}}}
+time: {{end: 1 s, machine: {{integrator: {}}}}}
+output:
+  series every: 2 ms
+  monitor: {{count: {{count: arm.angle, at: 0 deg}}, below: {{time below: arm.angle, at: 0 deg}}}}
+  crossings: {{held: {{column: arm.angle}}, swings: {{column: ball.x, at: 1 m}}}}
+)",
+                                    holds));
+  };
+  for (const char* method : {"cvode", "ida", "adams-moulton"}) {
+    SCOPED_TRACE(method);
+    ASSERT_EQ(run_scenario(scenario(method), dir / method), exit_ok);
+    const auto found = summary_of(dir / method)["crossings"];
+    EXPECT_EQ(found["held"]["count"], 0);
+    EXPECT_EQ(found["swings"]["count"], 3) << "at 10 t = pi, 2 pi, 3 pi";
+    const Series series = read_series(dir / method / "series.csv");
+    EXPECT_EQ(series.at("count").back(), 0);
+    EXPECT_EQ(series.at("below").back(), 0);
+  }
+}
+
 // A saturated sampled controller pushes a sliding body back and forth: its output passes 0 at samples, which are not to
 // rounding where rows are.
 TEST(Crossings, OfASampledOutputAreAtItsSamples) {
