@@ -43,17 +43,23 @@ struct PidController {
     v.text("pid", measure, "the measure that it controls, a column of machine.measures: depth, or load.x");
     v.text("measured in", measured_unit, "SI unit of the measure: m, N, rad ...");
     v.text("output in", output_unit, "SI unit of what it drives: N, N m, V, or 1 for a valve");
-    v.function("set point", set_point, measured_unit, "value that it holds the measure at");
-    v.quantity("proportional", proportional, per(output_unit, measured_unit), "(-inf, inf)", "gain K_p");
-    v.quantity("integral", integral, per(output_unit, measured_unit) + "/s", "(-inf, inf)", "gain K_i");
-    v.quantity("derivative", derivative, "(" + per(output_unit, measured_unit) + ") s", "(-inf, inf)", "gain K_d");
+    v.function("set point", set_point, measured_unit,
+               "value that it holds the measure at, with the unit of `measured in`");
+    v.quantity("proportional", proportional, per(output_unit, measured_unit), "(-inf, inf)",
+               "gain K_p, with the unit of `output in` per that of `measured in`");
+    v.quantity("integral", integral, per(output_unit, measured_unit) + "/s", "(-inf, inf)",
+               "gain K_i, with the unit of K_p per s");
+    v.quantity("derivative", derivative, "(" + per(output_unit, measured_unit) + ") s", "(-inf, inf)",
+               "gain K_d, with the unit of K_p times s");
     v.optional_quantity("filter time", filter_time, "s", "(0, inf)",
                         "time constant of the first-order filter on D; needed with K_d unless sampled");
     v.choice("derivative of", derivative_of_measurement, {{"error", false}, {"measurement", true}},
              "measurement: D does not kick where the set point jumps");
-    v.function("bias", bias, output_unit, "feed-forward that is added");
-    v.optional_quantity("minimum", least, output_unit, "(-inf, inf)", "the output is not below; left out: no bound");
-    v.optional_quantity("maximum", largest, output_unit, "(-inf, inf)", "the output is not above; left out: no bound");
+    v.function("bias", bias, output_unit, "feed-forward that is added, with the unit of `output in`");
+    v.optional_quantity("minimum", least, output_unit, "(-inf, inf)",
+                        "the output is not below, with the unit of `output in`; left out: no bound");
+    v.optional_quantity("maximum", largest, output_unit, "(-inf, inf)",
+                        "the output is not above, with the unit of `output in`; left out: no bound");
     v.optional_quantity("tracking time", tracking_time, "s", "(0, inf)",
                         "with which I follows a saturated output (anti-windup); left out: K_p/K_i");
     v.quantity("sensor lag", sensor_lag, "s", "[0, inf)",
