@@ -54,6 +54,13 @@ double integral_at_ends(const Record& t, const Record& y, const WindowRows& rows
   return sum;
 }
 
+/// At the end of the window: on the line to the row behind it, where there is one.
+double last_value(const Record& t, const Record& y, const WindowRows& rows, const TimeWindow& window, RowKind kind) {
+  const std::size_t last = rows.end - 1;
+  if (kind != RowKind::instant || rows.end == t.size() || !(window.until > t[last])) return y[last];
+  return y[last] + (y[rows.end] - y[last]) * (window.until - t[last]) / (t[rows.end] - t[last]);
+}
+
 NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n, const TimeWindow& window,
                   RowKind kind, const WindowStatistics& s) {
   const WindowRows rows = rows_in(time, window, kind);
@@ -71,7 +78,7 @@ NumberOfRun taken(const Record& time, const Record& values, const SweepNumber& n
     case SweepNumber::Take::deviation:
       return {s.deviation, no_number};
     case SweepNumber::Take::last:
-      return {in_window.back(), no_number};
+      return {last_value(time, values, rows, window, kind), no_number};
     case SweepNumber::Take::rms: {
       Record squares = values;
       for (double& v : squares) v *= v;
@@ -195,7 +202,12 @@ NumberOfRun take_number(const RunFolder& run, const SweepNumber& n) {
   }
   const RowKind kind = run.kind_of(static_cast<std::size_t>(column));
   WindowStatistics s = statistics(time, values, window, kind);
-  if (n.off_text.empty() && !n.from && !n.until) {
+  const bool own_window = window.from == run.window.from && window.until == run.window.until;
+  if (n.off_text.empty() && own_window) {
+    WindowStatistics unknown;
+    const double mean_of_steps = run.window_numbers(n.column, unknown).mean;
+    if (n.take == SweepNumber::Take::integral && std::isfinite(mean_of_steps))
+      return {mean_of_steps * rows_in(time, window, kind).duration(), no_number};
     const WindowNumbers of_run = run.window_numbers(n.column, s);
     s.mean = of_run.mean, s.half_width = of_run.half_width, s.least = of_run.least, s.largest = of_run.largest;
   }

@@ -231,6 +231,31 @@ TEST(SweepNumber, OverTheWindowOfTheRunIsTheSummarys) {
   EXPECT_EQ(taken(SweepNumber::Take::mean), 4.0);  // 3 + 5 + 5 + 3 over 4 s
 }
 
+/// Windows end between rows: the integral is mean times length, and the last value lies on the line between two rows.
+TEST(SweepNumber, WindowsThatEndBetweenRowsLoseNothingThere) {
+  RunFolder run;
+  run.series = Series{.columns = {{"time", "s"}, {"draft", "N"}}, .values = {{0, 1, 2, 3, 4}, {0, 10, 20, 30, 40}}};
+  run.summary = {{"columns", {{"draft", {{"mean in window", 21.0}}}}}};
+  run.summary["window"] = {{"from [s]", 0.5}, {"until [s]", 3.25}};
+  run.window = {0.5, 3.25, "stated"};
+  SweepNumber number;
+  number.column = "draft";
+  const auto taken = [&](SweepNumber::Take take) {
+    number.take = take;
+    return take_number(run, number).value;
+  };
+  EXPECT_NEAR(taken(SweepNumber::Take::last), 32.5, 1e-12);
+  EXPECT_NEAR(taken(SweepNumber::Take::integral), 21.0 * 2.75, 1e-12);
+  number.from = 0.5, number.until = 3.25;  // the same window, and what is known of it
+  EXPECT_EQ(taken(SweepNumber::Take::mean), 21.0);
+  EXPECT_NEAR(taken(SweepNumber::Take::integral), 21.0 * 2.75, 1e-12);
+  number.until = 3.5;  // another one: rows on a line
+  EXPECT_NEAR(taken(SweepNumber::Take::integral), (5 + 35) / 2.0 * 3, 1e-12);
+  EXPECT_NEAR(taken(SweepNumber::Take::last), 35, 1e-12);
+  number.until = 9;  // the record's end
+  EXPECT_EQ(taken(SweepNumber::Take::last), 40.0);
+}
+
 TEST(Pool, PlacesShareNoCore) {
   const std::vector<int> cores{0, 1, 2, 3, 8, 9, 10};
   const auto places = pool_places(cores, {.threads = 3});
