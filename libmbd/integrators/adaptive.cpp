@@ -24,8 +24,6 @@ constexpr long counted_steps = 20'000;
 constexpr double other_reason = 0.6;
 // From where the approach to a singular configuration is looked at, and from where a step may lead behind one.
 constexpr double sight = 0.6, leap = 0.95;
-// What is nearer to one by less has not moved (rad): a machine that is locked beside one stays there.
-constexpr double rounding_of_distance = 1e-12;
 // Nearer than this no step of the method ends before one: rounding in a step over it falls as the cube of its length.
 constexpr double far_side = 0.3;
 // Pivots that have fallen by this: the choice of coordinates may be what is near its end.
@@ -416,9 +414,9 @@ void Adaptive::settle_step(double taken) {
     if (changed) partition_.evaluate(now_), note_distance();
     if ((changed && follows_partition()) || has_drifted() || partition_.used_rows() != rows_) first_ = First::restart;
   }
-  const double nearer = at_begin_.distance - at_end_.distance;
-  const bool comes_near = at_end_.distance < sight && nearer > rounding_of_distance;
-  if (!creeps(taken) && !(comes_near && passage_.in_sight(nearer / taken))) return;
+  if (!creeps(taken) &&
+      !(at_end_.distance < sight && passage_.in_sight((at_begin_.distance - at_end_.distance) / taken)))
+    return;
   passage_.enter();
   first_ = First::nothing;
 }
@@ -432,8 +430,7 @@ bool Adaptive::meets_singular() {
   at_begin_ = at_end_;
   note_distance();
   const auto beside = [&] {
-    return partition_.near_singular() ||
-           (at_end_.distance < far_side && at_begin_.distance - at_end_.distance > rounding_of_distance);
+    return partition_.near_singular() || (at_end_.distance < far_side && at_end_.distance < at_begin_.distance);
   };
   if (at_end_.orientation != at_begin_.orientation && at_begin_.distance < leap) return true;
   if (!beside()) return false;
