@@ -30,9 +30,9 @@ struct Choice {
 /// Among the entries above a fifth of the equation's maximum remaining one the pivot is a translation before an angle:
 /// angles then are independent, which never turns singular in an open chain, where any other choice does; and the body
 /// farther from the ground, so that a tree has no fill. An equation that keeps less than 1e-9 of itself is redundant.
-/// Where some are, those that keep little are left to the end, since others may hold the same and more: a linkage beside
-/// its flat pose that is locked there is held by what locks it.
-/// Full pivoting, the textbook's choice, costs n^3 at 300 links and binds them all together.
+/// Where some are, those that keep little are left to the end, since others may hold the same and more: a linkage
+/// beside its flat pose that is locked there is held by what locks it. Full pivoting, the textbook's choice, costs n^3
+/// at 300 links and binds them all together.
 Choice choose_coordinates(const System& system, const SparseConstraints& c);
 
 }  // namespace subsoil::mbd

@@ -11,7 +11,6 @@
 #include "libsim/base/live_line.hpp"
 #include "libsim/base/version.hpp"
 #include "libsim/io/atomic_file.hpp"
-#include "libsim/io/atomic_file.hpp"
 #include "libsim/io/frame_parts.hpp"
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/analysis.hpp"

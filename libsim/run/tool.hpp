@@ -76,7 +76,8 @@ class ToolProgress {
 };
 
 /// The period after which the given motions of a scenario repeat themselves: harmonic and periodic ones, and rotors
-/// that turn steadily: their first common multiple, up to 20 of the longest. 0 when nothing is periodic, NaN without one.
+/// that turn steadily: their first common multiple, up to 20 of the longest. 0 when nothing is periodic, NaN without
+/// one.
 double period_of(const Scenario& scenario);
 
 }  // namespace subsoil::sim

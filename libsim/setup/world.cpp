@@ -11,7 +11,6 @@
 #include "libdem/particles/particles.hpp"
 #include "libsim/base/input_limits.hpp"
 #include "libsim/setup/active_rule.hpp"
-#include "libsim/setup/active_rule.hpp"
 #include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/clearing.hpp"
 #include "libsim/setup/laws.hpp"

@@ -69,9 +69,16 @@ TEST(Switches, AreTheForcesWithAGap) {
   system.set_position(0, q);
   double gap = 0;
   switches.gaps({&gap, 1});
-  EXPECT_DOUBLE_EQ(gap, -0.25);
+  EXPECT_NEAR(gap, -0.25, 1e-14);
+  EXPECT_GT(gap, -0.25) << "open surfaces close by more than the rounding of their gap";
   switches.take_sides();
   EXPECT_EQ(switches.side(0), -1);
+  switches.gaps({&gap, 1});
+  EXPECT_LT(gap, -0.25) << "and open by more";
+  q[1] = -1e-17;  // below the rounding of the machine's length
+  system.set_position(0, q);
+  switches.take_sides();
+  EXPECT_EQ(switches.side(0), 1);
 }
 
 TEST(Switches, OnlyRutsRememberAcceptedSteps) {
