@@ -484,7 +484,7 @@ Equilibrium towing_equilibrium(System& system, double t, const Eigen::VectorXd& 
     } catch (const std::runtime_error&) {
       falls = ", and released there it falls into a pose from which it cannot move";
     }
-    if (may_be_nearer && (!closed || (first_holds ? !holds() || moved() > first_moved : !holds()))) {
+    if (may_be_nearer && (!closed || !holds() || (first_holds && moved() > first_moved))) {
       closed = true, found = first;
       balance.at(found);
       system.set_grips(first_grips);

@@ -12,6 +12,7 @@
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/fields_file.hpp"
 #include "libsim/post/frames_file.hpp"
+#include "libsim/post/periodic_images.hpp"
 #include "libsim/post/run_folder.hpp"
 
 namespace subsoil::sim {
@@ -87,22 +88,6 @@ FieldGrid grid_over(const dem::Bounds& box, const FieldsRequest& request, double
   while (static_cast<double>(grid.size()) > FieldsRequest::most_points)
     grid = lay_grid(box, request, spacing *= 1.1, reach, cell);
   return grid;
-}
-
-/// use(shift) for all places of a box, its own first, from which a kernel reaches into the cell.
-template <class Use>
-void each_image(const Vec3& low, const Vec3& high, const dem::PeriodicCell& cell, double reach, const Use& use) {
-  const auto turns = [&](int d) { return cell.length[d] > 0 ? 1 : 0; };
-  const auto reaches = [&](int d, double shift) {
-    return cell.length[d] == 0 ||
-           (high[d] + shift > cell.low[d] - reach && low[d] + shift < cell.low[d] + cell.length[d] + reach);
-  };
-  for (int a = -turns(0); a <= turns(0); ++a)
-    for (int b = -turns(1); b <= turns(1); ++b)
-      for (int c = -turns(2); c <= turns(2); ++c) {
-        const Vec3 shift{a * cell.length.x, b * cell.length.y, c * cell.length.z};
-        if (reaches(0, shift.x) && reaches(1, shift.y) && reaches(2, shift.z)) use(shift);
-      }
 }
 
 double mass_of(const FramesFile& file, std::size_t index) {

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "libsim/base/coarse_graining.hpp"
+#include "libsim/post/periodic_images.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -124,12 +125,16 @@ std::vector<double> solid_fraction(const FramesFile& file, const FrameSpheres& s
   grid.low = {0.5 * (f.from + f.until) - 0.5 * static_cast<double>(nx - 1) * f.cell, f.y0 + 0.5 * f.cell,
               f.z0 + 0.5 * f.column};
   grid.n = {nx, f.rows, f.columns};
-  CoarseGraining coarse(grid, FieldKernel(FieldKernel::Kind::lucy, f.cell));
+  const FieldKernel kernel(FieldKernel::Kind::lucy, f.cell);
+  CoarseGraining coarse(grid, kernel);
+  dem::PeriodicCell across = cell;
+  across.length.x = across.length.y = 0;
   for (std::size_t i = 0; i < s.index.size(); ++i) {
     const double r = file.radius()[s.index[i]];
     const float* p = &s.position[3 * i];
-    for (double image = cell.length.z > 0 ? -1 : 0; image <= (cell.length.z > 0 ? 1 : 0); ++image)
-      coarse.add({.position = {p[0], p[1], p[2] + image * cell.length.z}, .volume = 4.0 / 3.0 * M_PI * r * r * r});
+    const Vec3 x{p[0], p[1], p[2]};
+    each_image(x, x, across, kernel.reach(),
+               [&](const Vec3& shift) { coarse.add({.position = x + shift, .volume = 4.0 / 3.0 * M_PI * r * r * r}); });
   }
   const GrainFields fields = coarse.finish();
   std::vector<double> mean(f.rows * f.columns, 0.0);
