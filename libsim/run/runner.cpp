@@ -124,7 +124,8 @@ void keep_step(World& world, const Loaded& loaded, const SavedRun& saved, const 
   if (!world.bed || !(saved.soil_step > 0) || loaded.scenario.time.soil_step || !request.changes.empty()) return;
   if (!(saved.soil_step < world.step.limit.step)) {
     spdlog::warn(
-        "warning: the soil step of the state, {:.4g} s, is not stable at the speeds there: the run goes on with {:.4g} "
+        "warning: the soil step of the state, {:.4g} s, is not stable at the speeds there: the run continues with "
+        "{:.4g} "
         "s; give `time.soil step` to the run from its start for the same steps throughout",
         saved.soil_step, world.step.soil_step);
     return;

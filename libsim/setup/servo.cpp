@@ -47,7 +47,7 @@ int endless_direction(const dem::Bounds& box, const Vec3& along, const dem::Peri
   return longest;
 }
 
-/// The polygons' shadow on a plane across `along`, as corners (u, v). `period`: of a surface that goes on beyond the
+/// The polygons' shadow on a plane across `along`, as corners (u, v). `period`: of a surface that extends beyond the
 /// cell, along u, m; what lies beyond it is there once more a period on.
 struct Shadows {
   std::vector<Shadow> of;

@@ -161,8 +161,8 @@ bool run_points(const Study& study, const std::filesystem::path& folder, const s
     for (const std::string& set : study.points[k].sets) job.arguments.insert(job.arguments.end(), {"--set", set});
     jobs.push_back(std::move(job));
     std::filesystem::create_directories(place);
-    // The run of a killed sweep holds its folder until it has died, too: a moment, on a busy computer. Of one that goes
-    // on the point says so itself.
+    // The run of a killed sweep holds its folder until it has died, too: a moment, on a busy computer. Of one that
+    // continues the point says so itself.
     const std::chrono::duration<double> left = until - std::chrono::steady_clock::now();
     await_unlocked(place / "run.lock", left.count());
     // What a kill has left of the point must not be taken for a result of this run.

@@ -71,7 +71,7 @@ TEST(Minimise, FindsTheDeeperOfTwoValleys) {
 
 /// A plan beside its scenario, in a directory of its own. The modulus of a packing of linear springs rises with their
 /// stiffness, and restitution has hardly any part in a slow compression.
-struct Twin {
+struct Synthetic {
   test::RunDirectory directory;
   std::string plan() const {
     directory.scenario(
@@ -90,9 +90,9 @@ struct Twin {
 };
 
 TEST(Calibrate, FindsWhatIsToldAndNamesWhatIsNot) {
-  const Twin twin;
-  const Plan plan = load_plan(twin.plan(), {});
-  const auto store = twin.directory / "evaluations.csv";
+  const Synthetic synthetic;
+  const Plan plan = load_plan(synthetic.plan(), {});
+  const auto store = synthetic.directory / "evaluations.csv";
   const Calibrated found = calibrate(plan, store, 0, {});
   // The truth's packings are others than the calibration's: three of each, so the interval must hold the truth at 95 %.
   // Moduli of packings as small as these spread by a tenth, 8 kPa, and rise by 8 kPa per kN/m: twice the spread of the
@@ -120,26 +120,26 @@ TEST(Calibrate, FindsWhatIsToldAndNamesWhatIsNot) {
   EXPECT_EQ(again.evaluations[found.evaluations.size() - 1].found[0], 123456);
 
   Plan single = plan;
-  single.scenario = twin.directory / "single.yaml";
-  std::ifstream scenario(twin.directory / "case.yaml");
+  single.scenario = synthetic.directory / "single.yaml";
+  std::ifstream scenario(synthetic.directory / "case.yaml");
   std::stringstream three;
   three << scenario.rdbuf();
   std::string one = three.str();
   one.replace(one.find("packings: 3"), 11, "packings: 1");
   std::ofstream(single.scenario) << one;
   EXPECT_NE(message_of([&] {
-              static_cast<void>(calibrate(single, twin.directory / "other.csv", 0, {}));
+              static_cast<void>(calibrate(single, synthetic.directory / "other.csv", 0, {}));
             }).find("test.packings = 1: one packing does not show how far packings scatter"),
             std::string::npos);
 
-  std::ofstream(twin.directory / "case.yaml", std::ios::app) << "gravity: 5 m/s^2\n";
+  std::ofstream(synthetic.directory / "case.yaml", std::ios::app) << "gravity: 5 m/s^2\n";
   EXPECT_NE(message_of([&] { static_cast<void>(calibrate(plan, store, 0, {})); }).find("name another folder"),
             std::string::npos);
 }
 
 TEST(Calibrate, RefusalsNamePlaceRuleAndCure) {
-  const Twin twin;
-  const std::string file = twin.plan();
+  const Synthetic synthetic;
+  const std::string file = synthetic.plan();
   const auto says = [&](const std::string& set) {
     return message_of([&] { static_cast<void>(load_plan(file, {set})); });
   };

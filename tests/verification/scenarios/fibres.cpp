@@ -276,8 +276,8 @@ TEST(FibresOfAScenario, SleepWithTheSoil) {
   EXPECT_TRUE(still);
 }
 
-/// The same soil and straw in a window of three periods that goes on twice: stalks lie across its ends, come in with
-/// their bonds and leave. A continued run ends with the same bits.
+/// The same soil and straw in a window of three periods that is continued twice: stalks lie across its ends, come in
+/// with their bonds and leave. A continued run ends with the same bits.
 TEST(FibresOfAScenario, GoWithAMovingBed) {
   std::string text = pass(kLinear);
   const auto put = [&](const std::string& from, const std::string& to) {
