@@ -28,7 +28,8 @@ class ArrayFile {
   void name_all();                     ///< the arrays since the last call
   void forget() { unnamed_.clear(); }  ///< these instead
 
-  /// Writes rows x columns numbers of type T, value by value from `get(i)`, and returns where they will lie once named.
+  /// Writes rows x columns numbers of type T, value by value from `get(i)`, which several threads call, and returns
+  /// where they will lie once named.
   template <class T, class Get>
   XdmfArray put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit, Get get);
   template <class Get>
@@ -54,7 +55,11 @@ class ArrayFile {
 template <class T, class Get>
 XdmfArray ArrayFile::put(const std::string& path, std::size_t rows, hsize_t columns, const std::string& unit, Get get) {
   std::vector<T> values(rows * columns);
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<T>(get(i));
+  constexpr long many = 65536;  // below, other threads are not worth waking
+  const auto count = static_cast<long>(values.size());
+#pragma omp parallel for schedule(static) if (count > many)
+  for (long i = 0; i < count; ++i)
+    values[static_cast<std::size_t>(i)] = static_cast<T>(get(static_cast<std::size_t>(i)));
   const auto type = h5::type_of<T>();
   auto set = h5::write_unlinked(file_, path, values.data(), type, {rows, columns, type, compression_});
   if (!unit.empty()) h5::set_attribute(set, "unit", unit);

@@ -253,7 +253,7 @@ const FrameOutput::Instant& FrameOutput::at(double time) {
   const auto [step, w] = between(time);
   if (w == 0) return now_;
   if (w == 1) return before_;
-  between_.spheres = interpolate(before_.spheres, now_.spheres, step, w, cell());
+  between_.spheres = interpolate(before_.spheres, now_.spheres, step, w, cell(), std::move(between_.spheres));
   between_.rear = before_.rear, between_.front = before_.front;
   between_.surfaces.clear(), between_.bodies.clear(), between_.values.clear();
   for (std::size_t i = 0; i < now_.surfaces.size(); ++i)
