@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/partition.hpp"
@@ -196,7 +197,10 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   kept = rows_of_unit_size(std::move(kept));
   const auto free = rank_of(kept) - rank_of(kept.bottomRows(a.rows() - 2 * f));
   found.insert(found.begin(), static_cast<std::size_t>(std::max<Eigen::Index>(free, 0)), Mode{});
-  std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) { return x.frequency < y.frequency; });
+  // Those that do not swing the slowest first, and not as the eigenvalue problem has found them.
+  std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) {
+    return std::pair(x.frequency, std::abs(x.rate)) < std::pair(y.frequency, std::abs(y.rate));
+  });
   return found;
 }
 

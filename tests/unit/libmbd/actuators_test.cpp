@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -12,6 +13,7 @@
 #include "libmbd/forces/applied_force.hpp"
 #include "libmbd/forces/electric_motor.hpp"
 #include "libmbd/forces/hydraulic_cylinder.hpp"
+#include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/torque_speed_motor.hpp"
 #include "libmbd/joints/fixed.hpp"
 #include "libmbd/joints/revolute.hpp"
@@ -85,6 +87,30 @@ TEST(Cylinder, LeakingOilOfAClosedValveIsStable) {
   const double rate = -1.4e9 * 2e-12 * (a - b) * (a - b) / (b * b * v_a + a * a * v_b);
   EXPECT_NEAR(found[0].rate, rate, 1e-3 * std::abs(rate));
   EXPECT_EQ(stability(found).kind, Stability::stable);
+}
+
+// Three discs that drag at J w' = -c w and turn free else: beside three neutral modes the rates c/J, the slowest first,
+// however the discs are listed.
+TEST(Modes, ThatDoNotSwingAreInOrderOfTheirRates) {
+  const std::array<double, 3> drag{70, 3, 11};
+  for (const auto& order : {std::array<std::size_t, 3>{0, 1, 2}, {2, 1, 0}, {1, 0, 2}}) {
+    Model m;
+    for (const std::size_t i : order) {
+      const int disc = m.add({.name = "disc " + std::to_string(i), .mass = 1, .inertia = 0.5});
+      m.add("axle " + std::to_string(i), Revolute{.body_a = 0, .body_b = disc});
+      m.add("drag " + std::to_string(i),
+            RotationalSpringDamper{.body_a = 0, .body_b = disc, .stiffness = 0, .damping = drag[i]});
+    }
+    System system(m);
+    Equilibrium at;
+    at.q = system.start_position(), at.velocity = system.start_velocity(), at.lambda = Eigen::VectorXd::Zero(6);
+    const auto found = modes(system, 0, at);
+    ASSERT_EQ(found.size(), 6U);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_TRUE(found[k].is_zero());
+    EXPECT_NEAR(found[3].rate, -6, 1e-9);
+    EXPECT_NEAR(found[4].rate, -22, 1e-9);
+    EXPECT_NEAR(found[5].rate, -140, 1e-9);
+  }
 }
 
 // The same over time: 1 mm/s swings by 1e-3/omega, and volumes change by 1e-4 of themselves.
