@@ -1,22 +1,17 @@
 #include "libsim/studies/sweep/study.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fstream>
-#include <thread>
 
 #include "libsim/base/deflate.hpp"
 #include "libsim/base/json.hpp"
 #include "libsim/base/live_line.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
-#include "libsim/io/file_lock.hpp"
 #include "libsim/post/run_folder.hpp"
 #include "libsim/scenario/load.hpp"
 
@@ -217,25 +212,20 @@ std::vector<PointResult> read_results(const Study& study, const std::filesystem:
   return results;
 }
 
-StudyLock::StudyLock(const std::filesystem::path& folder) {
+namespace {
+
+std::filesystem::path lock_in(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  const std::filesystem::path path = folder / "lock";
-  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (file_ < 0) throw std::runtime_error("cannot write " + path.string() + ": is the folder writable, the disk full?");
-  // A run that a killed sweep was just starting holds the lock until it has died, too: a moment, on a busy computer.
-  bool locked = false;
-  for (int tries = 0; !locked && tries < 100; ++tries) {
-    if (tries > 0) std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    locked = flock(file_, LOCK_EX | LOCK_NB) == 0;
-  }
-  if (!locked) {
-    close(file_);
-    throw ScenarioError(folder.string() + ": another subsoil works in it; wait for it, or name another --out");
-  }
+  return folder / "lock";
 }
 
-StudyLock::~StudyLock() {
-  if (file_ >= 0) close(file_);
+}  // namespace
+
+StudyLock::StudyLock(const std::filesystem::path& folder) : lock_(lock_in(folder)) {
+  // A run that a killed sweep was just starting holds the lock until it has died, too: a moment, on a busy computer.
+  constexpr double moment = 3;
+  if (!lock_.take(moment))
+    throw ScenarioError(folder.string() + ": another subsoil works in it; wait for it, or name another --out");
 }
 
 std::vector<SweepNumber> usual_numbers(const Scenario& scenario) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "libsim/io/file_lock.hpp"
 #include "libsim/studies/sweep/plan.hpp"
 #include "libsim/studies/sweep/pool.hpp"
 
@@ -52,12 +53,9 @@ std::vector<PointResult> read_results(const Study& study, const std::filesystem:
 class StudyLock {
  public:
   explicit StudyLock(const std::filesystem::path& folder);
-  ~StudyLock();
-  StudyLock(const StudyLock&) = delete;
-  StudyLock& operator=(const StudyLock&) = delete;
 
  private:
-  int file_ = -1;
+  FileLock lock_;
 };
 
 /// Means of draft and pull where the scenario monitors them, else of soil.draft, else of every monitor.
