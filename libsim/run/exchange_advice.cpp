@@ -9,7 +9,7 @@
 
 #include "coupling/exchange_stability.hpp"
 #include "libdem/laws/contact.hpp"
-#include "libsim/setup/servo.hpp"
+#include "libsim/setup/shown_area.hpp"
 #include "libsim/setup/yielding.hpp"
 
 namespace subsoil::sim {

@@ -22,7 +22,7 @@
 #include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/container.hpp"
 #include "libsim/setup/laws.hpp"
-#include "libsim/setup/servo.hpp"
+#include "libsim/setup/shown_area.hpp"
 
 namespace subsoil::sim {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libsim/setup/servo.hpp"
+#include "libsim/setup/shown_area.hpp"
 
 namespace subsoil::sim {
 namespace {

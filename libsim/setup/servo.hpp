@@ -9,8 +9,4 @@ namespace subsoil::sim {
 coupling::Servo servo_of(const ServoSection& section, const dem::Boundary& boundary, const dem::PeriodicCell& cell,
                          double end, const std::string& place);
 
-/// Area that a surface shows along a unit vector, m^2: that of its shadow, of a cylinder that of the round one. What
-/// lies beyond periodic sides meets no spheres and does not count.
-double shown_area(const dem::Boundary& boundary, const Vec3& along, const dem::PeriodicCell& cell);
-
 }  // namespace subsoil::sim

@@ -8,7 +8,7 @@
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/surface_report.hpp"
 #include "libsim/scenario/load.hpp"
-#include "libsim/setup/servo.hpp"
+#include "libsim/setup/shown_area.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
