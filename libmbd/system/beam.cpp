@@ -170,8 +170,9 @@ DividedBeam divide(const Beam& beam) {
       const auto& pose = out.nodes[node].pose;
       return BodyState({pose[0], pose[1]}, pose[2], {}, 0);
     };
-    const auto start = e.strain(state(i - 1), state(i)).value;
-    e.rest = {start[0], start[1]}, e.rest_turn = start[2];
+    const auto start = [&] { return e.strain(state(i - 1), state(i)).value; };
+    e.rest_turn = start()[2], e.rest[1] = start()[1];
+    e.rest[0] = start()[0];  // depends on the one across
     out.elements.push_back(e);
   }
   return out;

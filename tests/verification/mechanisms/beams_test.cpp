@@ -117,6 +117,32 @@ TEST(Beams, AxialForceSoftensAndStiffens) {
   }
 }
 
+// However hard it is pulled: an element that measures its length along its mean section lets its nodes turn against the
+// chord and buckles in tension, at 12 EI/l^2 = 576 N. Between pins w_k^2 = (k pi/L)^4 EI/(rho A) (1 + N L^2/(k^2 pi^2
+// EI)). 1 %: (k pi/12)^2/24 for masses at nodes, and the stretch N/EA, 0.1 % at most, twice.
+TEST(Beams, TensionStiffensWithoutBound) {
+  const Beam thin{.name = "strip",
+                  .points = {{0, 0}, {1, 0}},
+                  .section = RectangleSection{{0.001, 0.02}},
+                  .young = 2e11,
+                  .density = 7850,
+                  .elements = 12};
+  const SectionValues section = values_of(thin.section, thin.poisson);
+  const double stiffness = 2e11 * section.second_moment, line = 7850 * section.area;
+  for (const double tension : {0.0, 300.0, 600.0, 1400.0, 4000.0}) {
+    Model m = model_of(thin);
+    m.add("pin", Revolute{.body_a = ground, .body_b = 1});
+    m.add("slide", PointOnLine{.body_a = ground, .body_b = 13});
+    m.add("load", AppliedForce{.body = 13, .fx = tension});
+    const std::vector<double> found = frequencies(m);
+    for (int k = 1; k <= 2; ++k) {
+      const double wave = k * pi, exact = std::sqrt((std::pow(wave, 4) * stiffness + wave * wave * tension) / line);
+      EXPECT_NEAR(found[static_cast<std::size_t>(k - 1)], exact, 0.01 * exact) << tension << " N, mode " << k;
+    }
+    for (const Mode& mode : modes_at_rest(m)) EXPECT_LT(mode.rate, 1) << tension << " N";
+  }
+}
+
 /// Cantilever under a force P across its end that keeps its direction, alpha = P L^2/EI: slope of the end (rad), its
 /// deflection and its way towards the root over L, by elliptic integrals (Bisshopp & Drucker 1945).
 struct Elastica {
