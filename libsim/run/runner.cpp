@@ -158,9 +158,15 @@ void refuse_columns(const Loaded& loaded) {
   if (s.soil && s.soil->bed && s.soil->bed->settles()) static_cast<void>(place_and_list_columns(loaded));
 }
 
-/// That spheres rest is known of the scenario that wrote the state only.
-void wake_soil(const Scenario& s, World& world) {
+/// What is known of the scenario that wrote the state only: which spheres rest, the past rates of a multistep method,
+/// and the energy that the balance starts from, to which the change itself may add.
+void begin_changed(const Scenario& s, World& world) {
   if (s.soil && s.soil->active) world.bed->set_active(active_rule(*s.soil->active));
+  if (!world.machine) return;
+  mbd::Snapshot state = world.machine->snapshot();
+  state.past.rates.clear();
+  state.energy_at_start += world.machine->energy().balance();
+  world.machine->restore(state);
 }
 
 /// The run as asked for, in a folder that is locked.
@@ -211,7 +217,7 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
   if (settling_from) look_at_program(settling_from->version, settling_from->instruction_set, world, "settling.h5");
   Stepper stepper(loaded, std::move(world), saved ? &*saved : nullptr);
   if (saved) report_soil(stepper.world());  // before, spheres stood at the datum and the container did not
-  if (!request.changes.empty()) wake_soil(loaded.scenario, stepper.world());
+  if (!request.changes.empty()) begin_changed(loaded.scenario, stepper.world());
   return RunLoop(loaded, request, stepper, saved, lock, goes_on).run();
 }
 
