@@ -118,12 +118,18 @@ double mean_radius(std::span<const Sphere> spheres) {
 }
 
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region) {
+  double sum = 0, count = 0;
+  for (const Sphere& s : spheres)
+    if (!is_fixed(s)) sum += s.r, ++count;
+  return surface_height(spheres, region, 4 * (count > 0 ? sum / count : mean_radius(spheres)));
+}
+
+SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region, double across) {
   const double floor = region.low.y;
   if (spheres.empty()) return {floor, 0, floor, floor};
   const Vec3 size = region.high - region.low;
   // A few small spheres in a large region must not cost a column for each of their diameters.
   const double enough = 8 * static_cast<double>(spheres.size()) + 1e6;
-  double across = 4 * mean_radius(spheres);
   while (std::floor(size.x / across) * std::floor(size.z / across) > enough) across *= 2;
   const long nx = std::max(1L, static_cast<long>(size.x / across)),
              nz = std::max(1L, static_cast<long>(size.z / across));

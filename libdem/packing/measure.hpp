@@ -13,14 +13,16 @@
 /// What a bed is like, from the places of its spheres alone: always reported, since packing decides the draft.
 namespace subsoil::dem {
 
-/// Columns of four mean radii across stand on the region's floor; each takes the spheres whose centres it holds. Its
-/// height is its highest sphere's top (that of the floor where it is empty); the surface is the mean of the columns,
-/// its spread their standard deviation.
+/// Columns of four mean radii of the free spheres across (of all, where none is free) stand on the region's floor; each
+/// takes the spheres whose centres it holds. Its height is its highest sphere's top (that of the floor where it is
+/// empty); the surface is the mean of the columns, its spread their standard deviation.
 struct SurfaceHeight {
   double mean = 0, spread = 0;     ///< m, world y
   double lowest = 0, highest = 0;  ///< m
 };
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region);
+/// The same with columns of a width of one's own (m).
+SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region, double across);
 /// The same for the part of the region with x in [from, to].
 SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to);
 

@@ -363,6 +363,7 @@ class Settler {
           std::to_string(bed_.spheres().size()) + " spheres have fallen below the region to be filled (" + stage +
           "): a side of it is open. Hold them there until they rest, by a wall that is "
           "taken away then (`open after settling` of a container) or a surface that closes the gap");
+    refuse_sliding(stage, now);
     std::string text =
         "settling: after " + number(elapsed()) + " s the spheres still move at " + number(now) + " m/s rms";
     if (with_rotation) text += " with their rotation, at " + number(rms_speed(false)) + " m/s without";
@@ -371,6 +372,30 @@ class Settler {
     if (load_ != nullptr) text += "; " + load_->state();
     throw std::runtime_error(text + " (" + stage + "; at rest means " + number(limit) +
                              " m/s rms); allow more time, raise the speed, or settle for a given duration");
+  }
+
+  /// Of a bed that slides as one along periodic sides, which no wall ends: most of its motion is that of its mass
+  /// centre.
+  void refuse_sliding(const char* stage, double now) const {
+    const Vec3& period = bed_.options().periodic.length;
+    Vec3 momentum;
+    double mass = 0;
+    for (const Sphere& s : bed_.spheres())
+      if (!is_fixed(s)) momentum += s.m * s.v, mass += s.m;
+    Vec3 along, down = bed_.options().gravity;
+    for (int d = 0; d < 3; ++d)
+      if (period[d] > 0) along[d] = momentum[d] / mass, down[d] = 0;
+    const double slope = norm(bed_.options().gravity - down);
+    if (!(slope > 0) || norm(along) < 0.7 * now) return;  // half of the kinetic energy
+    std::string text = "settling: after " + number(elapsed()) + " s the bed slides as one at " + number(norm(along)) +
+                       " m/s along its periodic sides (" + stage + "): gravity pulls with " + number(slope) +
+                       " m/s^2 along them";
+    if (plan_.staged && plan_.lowered < 1)
+      text += ", and friction is lowered to " + number(plan_.lowered) +
+              " of its value while the bed settles; give `settle` `lowered: 1`, which keeps all of it";
+    else
+      text += ", more than friction holds; give more friction or less slope";
+    throw std::runtime_error(text);
   }
 
   Bed& bed_;
@@ -460,7 +485,13 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
   // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
   const double closer = diameter / (diameter - std::clamp(overlap, 0.0, 0.5 * diameter));
   double fraction = 0.60 * closer * closer * closer;
-  const auto surface = [&] { return surface_height(bed.spheres(), region).mean; };
+  // Before the first grains only stones may be there, whose width is not that of the columns.
+  const auto surface = [&] {
+    const std::span<const Sphere> spheres = bed.spheres();
+    return (std::all_of(spheres.begin(), spheres.end(), is_fixed) ? surface_height(spheres, region, 2 * diameter)
+                                                                  : surface_height(spheres, region))
+        .mean;
+  };
   const auto first = static_cast<std::uint32_t>(settler.measured([&] { return next_id(bed); }));
   const double below = settler.measured(surface);
   constexpr int attempts = 5;

@@ -104,7 +104,8 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
   out["swell"] = f.swell;
   if (f.disturbed_area > 0) {
     out["specific draft [N/m2]"] = json_number(draft / f.disturbed_area);
-    out["specific draft, interval 95 % [N/m2]"] = json_number(half_width / f.disturbed_area);
+    const double interval = std::isfinite(draft) ? half_width / f.disturbed_area : draft;
+    out["specific draft, interval 95 % [N/m2]"] = json_number(interval);
   }
   out["layers"] = layers_json(f);
   out["profile"] = {{fmt::format("{} [m]", f.across), known(f.z)},

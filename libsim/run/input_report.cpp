@@ -112,6 +112,36 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
         loaded.where("soil.bed"), count, world.bed->spheres().size(), low.x, low.y, low.z, high.x, high.y, high.z));
 }
 
+/// Where an inlet's grains come: the box, or that of the disk.
+dem::Bounds region_of(const InletSection& inlet) {
+  if (inlet.box) return {inlet.box->at, inlet.box->at + inlet.box->size};
+  const Vec3 n = dem::normalized(inlet.disk->normal);
+  Vec3 half;
+  for (int d = 0; d < 3; ++d) half[d] = inlet.disk->radius * std::sqrt(std::max(0.0, 1 - n[d] * n[d]));
+  return {inlet.disk->at - half, inlet.disk->at + half};
+}
+
+void look_at_inlets(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (!s.soil || !s.soil->container) return;
+  const Vec3 low = s.soil->container->at + Vec3{0, world.container_shift, 0}, high = low + s.soil->container->size;
+  const double rounding = 1e-9 * dem::norm(s.soil->container->size);
+  for (const InletSection& inlet : s.soil->inlets) {
+    const dem::Bounds region = region_of(inlet);
+    for (std::size_t f = 0; f < std::tuple_size_v<Faces>; ++f) {
+      const auto d = static_cast<int>(f / 2);
+      const bool upper = f % 2 != 0;
+      const double beyond = upper ? region.high[d] - high[d] : low[d] - region.low[d];
+      if ((d == 1 && upper) || !has_wall(*s.soil->container, f) || beyond <= rounding) continue;
+      out.push_back(
+          fmt::format("{}: reaches {:.4g} mm beyond the {} of the container, {} = {:.4g} m: grains that come "
+                      "there miss the bin; is its place right?",
+                      loaded.where("soil.inlets." + inlet.name), beyond * 1e3, d == 1 ? "floor" : "wall", "xyz"[d],
+                      upper ? high[d] : low[d]));
+    }
+  }
+}
+
 void look_at_carved(const Loaded& loaded, const World& world, Texts& out) {
   const double taken = static_cast<double>(world.soil.carved), left = static_cast<double>(world.bed->spheres().size());
   if (taken > left)
@@ -445,6 +475,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_densities_of_file(loaded, world, out);
   look_at_container(loaded, world, out);
   look_at_moving_soil(loaded, world, out);
+  look_at_inlets(loaded, world, out);
   look_at_carved(loaded, world, out);
   look_at_outlines(loaded, world, out);
   look_at_rest(loaded, world, out);

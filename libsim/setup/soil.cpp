@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -318,11 +319,23 @@ std::vector<dem::SphereSpec> SoilBuilder::from_file() {
                                : table.density[i];
     out.push_back({table.position[i], table.velocity[i], table.spin[i], table.radius[i], density, m});
   }
+  refuse_idle_material(table);
   if (const auto twice = find_coincident(out))
     throw std::invalid_argument(fmt::format("{}: spheres {} and {} {}", bed().file, table.id[order[twice->first]],
                                             table.id[order[twice->second]],
                                             coincident_words(out[twice->first].position)));
   return out;
+}
+
+/// A file that names the material of every sphere leaves none to `soil.bed.material`, which changes nothing then.
+void SoilBuilder::refuse_idle_material(const BedTable& table) const {
+  if (layered()) return;
+  const std::set<std::string> named(table.material.begin(), table.material.end());
+  if (named.contains("") || named.contains(bed().material)) return;
+  throw ScenarioError(
+      fmt::format("{} = {}: is the material of no sphere in {}, which names {}; give one of these, or "
+                  "the properties that the spheres shall have to that material",
+                  loaded_.where("soil.bed.material"), bed().material, bed().file, fmt::join(named, ", ")));
 }
 
 int SoilBuilder::material_of(const BedTable& table, std::size_t row) const {

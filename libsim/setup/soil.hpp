@@ -82,6 +82,7 @@ class SoilBuilder {
   double rest_overlap(int a, int b) const;
   std::vector<dem::SphereSpec> listed() const;
   std::vector<dem::SphereSpec> from_file();
+  void refuse_idle_material(const BedTable& table) const;
   int material_of(const BedTable& table, std::size_t row) const;
   void save() const;
   std::optional<double> datum() const;

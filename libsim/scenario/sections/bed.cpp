@@ -144,6 +144,9 @@ struct BedChecks : Checks {
                "moves: beside a bed that is made particles are fixed; give it `fixed: NAME`, or list all spheres with "
                "`fill: particles`");
     }
+    const auto is_fixed = [](const Particle& p) { return !p.fixed.empty(); };
+    if (!b.save.empty() && std::any_of(b.particles.begin(), b.particles.end(), is_fixed))
+      refuse("soil.bed.save", "would keep fixed particles as spheres that move; leave one of them out");
     if (made && !b.particles.empty()) stones(b);
     if (b.rough_floor) rough_floor(b);
     if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
@@ -165,7 +168,8 @@ struct BedChecks : Checks {
 
   void settle(const BedSection& b, const Settle& to) {
     const bool both = to.duration && to.until_speed;
-    if (both || (!to.compacts() && !to.duration && !to.until_speed))
+    const bool rained = b.fill == Fill::random;  // until it is at rest, where nothing is said
+    if (both || (!rained && !to.compacts() && !to.duration && !to.until_speed))
       refuse("soil.bed.settle",
              "needs `for` (a time), `until` (a speed) or `to` (a density or a pressure); `for` and `until` exclude "
              "each other");
@@ -194,8 +198,6 @@ struct BedChecks : Checks {
   }
 
   void stones(const BedSection& b) {
-    if (!b.save.empty())
-      refuse("soil.bed.save", "would keep fixed particles as spheres that move; leave one of them out");
     if (s.soil->moving) refuse("soil.bed.particles", "stands beside `soil.moving`; leave one of them out");
   }
 

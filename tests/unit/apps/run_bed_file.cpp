@@ -112,6 +112,15 @@ TEST_F(FromTable, ASavedBedKeepsItsDatum) {
   }
 }
 
+TEST_F(FromTable, AMaterialThatNoSphereTakesIsRefused) {
+  table("x [m],y [m],z [m],radius [m],material\n0.2,0.1,0.5,0.01,stone\n");
+  EXPECT_NE(refusal().find(":14:31 soil.bed.material = soil: is the material of no sphere in"), std::string::npos)
+      << refusal();
+  EXPECT_NE(refusal().find("which names stone"), std::string::npos) << refusal();
+  table("x [m],y [m],z [m],radius [m],material\n0.2,0.1,0.5,0.01,stone\n0.8,0.1,0.5,0.01,\n");
+  EXPECT_EQ(world().bed->spheres().size(), 2U);
+}
+
 TEST_F(FromTable, SpheresAtOnePlaceAreNamed) {
   table("id,x [m],y [m],z [m],radius [m]\n7,0.2,0.1,0.5,0.01\n3,0.8,0.3,0.5,0.02\n12,0.2,0.1,0.5,0.03\n");
   EXPECT_NE(refusal().find("spheres 7 and 12 have the same centre (0.2, 0.1, 0.5) m"), std::string::npos) << refusal();
@@ -162,7 +171,7 @@ TEST_F(FromTable, RefusalsNameScenarioFileAndCure) {
   expect("x [m],y [m],z [m],radius [m]\n", {"bed.csv", "holds no sphere"});
   expect("x [m],y [m],z [m],radius [m],material\n0.5,0.5,0.5,0.01,mud\n",
          {"case.yaml:", "sphere 1", "'mud'", "it has soil, stone, steel"});
-  expect("x [m],y [m],z [m],radius [m],material\n0.5,0.5,0.5,0.01,steel\n",
+  expect("x [m],y [m],z [m],radius [m],material\n0.5,0.5,0.5,0.01,steel\n0.2,0.5,0.5,0.01,soil\n",
          {"case.yaml:", "spheres of steel can meet steel", "add `- between: [steel, steel]`"});
 }
 

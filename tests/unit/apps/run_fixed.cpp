@@ -1,8 +1,11 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "libsim/document/document.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
@@ -175,6 +178,31 @@ TEST(RunFixed, AStoneInARandomBed) {
   EXPECT_GT(std::abs(series.at("stone.Fy").back()), 0.01);
 }
 
+// A stone that reaches near the depth asked for takes its own volume from the grains, no more: 224 lie in the bin
+// without it, and 0.58 of its volume is 9 of them, 21 of the larger one. Tops of grains differ by a radius or so.
+TEST(RunFixed, AStoneAsHighAsTheBedLeavesItsDepth) {
+  const auto filled = [](double radius) {
+    const RunDirectory dir;
+    const std::string stone =
+        fmt::format("{{position: 50 {0} 50 mm, radius: {0} mm, material: soil, fixed: stone}}", radius);
+    const std::string text = fmt::format(R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {{soil: {{density: 2000 kg/m^3}}}}
+contacts: [{{between: [soil, soil], law: linear, k_n: 5 kN/m, restitution: 0.5, mu: 0.5, mu_r: 0.1}}]
+soil:
+  container: {{size: 100 100 100 mm, at: 0 0 0 mm, material: soil}}
+  bed: {{fill: random, radius: 6 mm, material: soil, depth: 40 mm, particles: [{}]}}
+time: {{end: 1 ms, accuracy: 1}}
+)",
+                                         stone);
+    const World w = build_world(load_scenario(dir.scenario(text)), {.threads = 1, .restored = {}, .progress = {}});
+    EXPECT_NEAR(w.soil.surface_mean, 0.04, 0.006) << radius;
+    return w.bed->spheres().size() - 1;
+  };
+  EXPECT_NEAR(static_cast<double>(filled(15)), 224 - 9, 15);
+  EXPECT_NEAR(static_cast<double>(filled(20)), 224 - 21, 15);
+}
+
 TEST(RunFixed, StonesInABedAreFixedAndNotSaved) {
   const auto of = [](const std::string& from, const std::string& to) {
     const RunDirectory dir;
@@ -184,6 +212,16 @@ TEST(RunFixed, StonesInABedAreFixedAndNotSaved) {
   };
   EXPECT_NE(of(", fixed: stone", "").find("moves: beside a bed that is made particles are fixed"), std::string::npos);
   EXPECT_NE(of("    depth", "    save: bed.h5\n    depth").find("would keep fixed particles as spheres that move"),
+            std::string::npos);
+}
+
+TEST(RunFixed, ListedOnesAreNotSavedEither) {
+  const RunDirectory dir;
+  std::string text = nest;
+  text.replace(text.find("    particles:"), 0, "    save: bed.h5\n");
+  EXPECT_NE(subsoil::test::message_of<ScenarioError>([&] {
+              run_scenario(dir.scenario(text), dir / "out");
+            }).find("soil.bed.save: would keep fixed particles as spheres that move"),
             std::string::npos);
 }
 

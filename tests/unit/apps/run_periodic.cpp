@@ -4,6 +4,8 @@
 
 #include "libsim/document/document.hpp"
 #include "libsim/post/fields.hpp"
+#include "libsim/scenario/load.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/tools/soil_runs.hpp"
@@ -34,6 +36,27 @@ std::string refusal(const std::string& from, const std::string& to) {
   const RunDirectory dir;
   return subsoil::test::message_of<ScenarioError>(
       [&] { run_scenario(dir.scenario(with(channel, from, to)), dir / "out"); });
+}
+
+// Friction holds the bed on a slope of 0.15, a tenth of it does not.
+TEST(RunPeriodic, ABedThatSlidesWhileItSettlesIsRefusedWithTheCure) {
+  const auto poured = [](const char* settle) {
+    const std::string slope = with(channel, "gravity: 6 -9.81", "gravity: 1.5 -9.81");
+    const std::string shape = with(slope, "size: 120 200 80 mm", "size: 60 200 40 mm");
+    const std::string fill =
+        "fill: random, material: grain, radius: 8 mm, depth: 30 mm, settle: " + std::string(settle);
+    return with(with(shape, "time: {end: 0.3 s}", "time: {end: 1 ms}"),
+                "fill: lattice, material: grain, radius: 10 mm, pitch: 20 mm, depth: 80 mm, jitter: 0.02", fill);
+  };
+  const RunDirectory dir;
+  const std::string fault = subsoil::test::message_of<std::exception>([&] {
+    build_world(load_scenario(dir.scenario(poured("{at most: 1 s}")), {}),
+                {.threads = 1, .restored = {}, .progress = {}});
+  });
+  EXPECT_NE(fault.find("the bed slides as one at"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("gravity pulls with 1.5 m/s^2 along them, and friction is lowered to 0.1"), std::string::npos)
+      << fault;
+  EXPECT_EQ(run_scenario(dir.scenario(poured("{lowered: 1}")), dir / "rests"), exit_ok);
 }
 
 // A sphere falls freely through the open floor of a channel and is removed with the energy that it began with, m g y,

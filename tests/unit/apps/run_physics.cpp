@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "libsim/io/hdf5.hpp"
+#include "libsim/run/input_report.hpp"
 #include "libsim/setup/world.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -184,6 +185,35 @@ time: {{end: 0.01 s}}
   };
   EXPECT_THROW(poured("20 mm"), ScenarioError);
   EXPECT_EQ(poured("10 mm"), exit_ok);
+}
+
+/// Beside the bin grains of an inlet fall past it; above its rim they may come, and through an open side.
+TEST(PhysicsWatch, NamesAnInletBesideTheBin) {
+  const RunDirectory dir;
+  const auto warnings = [&](const std::string& place) {
+    const std::string text = fmt::format(R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {{m: {{density: 2500 kg/m^3}}}}
+contacts: [{{between: [m, m], law: linear, k_n: 5 kN/m, restitution: 0.3, mu: 0.5}}]
+soil:
+  container: {{size: 200 200 100 mm, at: 0 0 0 mm, material: m, open: [-z, +y]}}
+  inlets: {{a: {{{}, rate: 30 1/s, material: m, radius: 5 mm}}}}
+time: {{end: 0.01 s}}
+)",
+                                         place);
+    const Loaded loaded = load_scenario(dir.scenario(text), {});
+    const World w = build_world(loaded, {.threads = 1, .restored = {}, .progress = {}});
+    std::string all;
+    for (const std::string& one : input_warnings(loaded, w, dir.scenario(text), {})) all += one + "\n";
+    return all;
+  };
+  EXPECT_NE(warnings("box: {at: 180 100 20 mm, size: 60 60 60 mm}")
+                .find("soil.inlets.a: reaches 40 mm beyond the wall of the container, x = 0.2 m"),
+            std::string::npos);
+  EXPECT_NE(warnings("disk: {at: 100 100 80 mm, normal: 0 1 0, radius: 30 mm}")
+                .find("reaches 10 mm beyond the wall of the container, z = 0.1 m"),
+            std::string::npos);
+  EXPECT_EQ(warnings("box: {at: 20 250 -40 mm, size: 60 60 60 mm}").find("miss the bin"), std::string::npos);
 }
 
 /// A container that starts empty: the smallest sphere is the inlet's, 4 mm.
