@@ -31,6 +31,7 @@ Pointer* check_ida(Pointer* pointer, const char* call) {
 
 struct Ida::Solver {
   System& system;
+  Partition& partition;
   const Switches& switches;
   double rtol;
   bool index_1;
@@ -43,21 +44,24 @@ struct Ida::Solver {
   SUNLinearSolver linear = nullptr;
   Constraints c;
   Eigen::VectorXd q, w, load, lambda, mu, correction, states, acceleration;
+  bool reactions_decide;       // an event of a joint, or friction that sticks
+  MotionState solution;        // for these
   std::vector<double> values;  // of the switching functions, as they were evaluated last
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
   bool fresh = true;  // no step since the last beginning
 
-  Solver(System& s, const Switches& g, bool accelerations, const std::vector<int>& used_rows, Eigen::Index rates,
+  Solver(System& s, Partition& p, const Switches& g, bool accelerations, const MotionState& at,
          double relative_tolerance)
       : system(s),
+        partition(p),
         switches(g),
         rtol(relative_tolerance),
         index_1(accelerations),
-        rows(used_rows),
+        rows(p.used_rows()),
         n(s.coordinates()),
-        r(static_cast<Eigen::Index>(used_rows.size())),
-        e(rates),
+        r(static_cast<Eigen::Index>(rows.size())),
+        e(at.rates.size()),
         y(size(), context),
         dy(size(), context),
         dense(size(), context),
@@ -68,7 +72,12 @@ struct Ida::Solver {
         load(n),
         lambda(s.equations()),
         mu(s.equations()),
-        correction(n) {}
+        correction(n),
+        reactions_decide(events_read_reactions(s)),
+        solution(at) {
+    for (std::size_t i = 0; i < g.count() && !s.friction_rows().empty(); ++i)
+      reactions_decide = reactions_decide || g.of_friction(i);
+  }
   ~Solver() {
     if (memory) IDAFree(&memory);
     if (linear) SUNLinSolFree(linear);
@@ -220,15 +229,29 @@ struct Ida::Solver {
       s.differences(t, cj, map(yy), map(yp), {N_VGetArrayPointer(at), s.size()}, jacobian, map(work));
     });
   }
+  /// lambda and q'' at the state that was set. The method's own lambda stands outside its error test and Newton's, and
+  /// is no value to decide by: at rest, where steps are long, it errs by percents inside them.
+  void take_solution(double t, const ConstMap& yy, const ConstMap& yp) {
+    lambda.setZero();
+    for (Eigen::Index i = 0; i < r; ++i) lambda[rows[static_cast<std::size_t>(i)]] = yy[2 * n + i];
+    acceleration = yp.segment(n, n);
+    if (!reactions_decide) return;
+    solution.t = t, solution.q = q, solution.velocity = w, solution.states = states, solution.lambda = lambda;
+    try {
+      partition.accelerate_as_it_is(solution);
+      lambda = solution.lambda, acceleration = solution.acceleration;
+    } catch (const std::runtime_error&) {  // beside a singular pose nothing is known better
+    }
+    set_state(t, yy);
+  }
+
   static int call_roots(realtype t, N_Vector yy, N_Vector yp, realtype* out, void* self) {
     auto& s = *static_cast<Solver*>(self);
     return sundials::guarded(s.thrown, -1, [&] {
       const ConstMap at(N_VGetArrayPointer(yy), s.size());
       s.set_state(t, at);
-      s.lambda.setZero();
-      for (Eigen::Index i = 0; i < s.r; ++i) s.lambda[s.rows[static_cast<std::size_t>(i)]] = at[2 * s.n + i];
+      s.take_solution(t, at, {N_VGetArrayPointer(yp), s.size()});
       s.system.set_multipliers(s.lambda);
-      s.acceleration = ConstMap(N_VGetArrayPointer(yp), s.size()).segment(s.n, s.n);
       const SharedReactions reactions(s.system, s.rows.size(), s.lambda, events_read_reactions(s.system));
       s.switches.gaps({out, s.switches.count()}, &s.acceleration, &reactions.lambda());
       s.values.assign(out, out + s.switches.count());
@@ -252,8 +275,8 @@ Ida::~Ida() = default;
 
 void Ida::build() {
   const long steps_before = steps(), evaluations_before = evaluations();
-  solver_ = std::make_unique<Solver>(system_, switches_, options_.formulation == IdaFormulation::index_1,
-                                     partition_.used_rows(), now_.rates.size(), rtol_);
+  solver_ = std::make_unique<Solver>(system_, partition_, switches_, options_.formulation == IdaFormulation::index_1,
+                                     now_, rtol_);
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
   s.set_weights(atol_);
