@@ -67,7 +67,9 @@ Adaptive::Adaptive(System& system)
       passage_(system, partition_),
       next_(now_),
       gaps_(switches_.count(), 0),
-      gaps_before_(gaps_) {}
+      gaps_before_(gaps_) {
+  for (std::size_t i = 0; i < switches_.count(); ++i) has_friction_ = has_friction_ || switches_.of_friction(i);
+}
 
 void Adaptive::on_start() {
   clock_.restart();
@@ -91,7 +93,7 @@ void Adaptive::restart() {
   begin();
   note_distance();
   front_ = now_.t, first_ = First::nothing, has_past_ = false, failure_ = nullptr;
-  hidden_here_ = {}, event_of_passage_ = {};
+  hidden_here_ = {}, event_of_passage_ = {}, slip_end_.t = std::numeric_limits<double>::quiet_NaN();
   passage_.leave();
   if (partition_.near_singular()) passage_.enter();
 }
@@ -262,60 +264,126 @@ void Adaptive::stop_at_hidden_contact(double begin) {
   now_ = next_, flows_.of_elements = next_flows_;
 }
 
+// The switching functions at instants of the step from `begin` to front_, in event_gaps_.
+void Adaptive::sample_step(double begin) {
+  const double h = front_ - begin;
+  read_consistent(begin);
+  q_sample_ = now_.q;
+  read_consistent(begin + h);
+  samples_.clear();
+  for (const double t : event_times(begin, h, largest_turn(q_sample_, now_.q))) samples_.push_back({t, 0});
+  event_gaps_.assign(samples_.size(), gaps_);
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    read_consistent(samples_[k].t);
+    look(now_, event_gaps_[k]);
+  }
+}
+
+// When a switching function has passed 0 and come back between the samples of a step, puts front_ where it passed.
+void Adaptive::stop_at_dip(std::size_t which) {
+  for (std::size_t k = 0; k < samples_.size(); ++k) samples_[k].value = event_gaps_[k][which];
+  const auto gap = [&](double t) {
+    read_consistent(t);
+    look(now_, gaps_);
+    return gaps_[which];
+  };
+  const auto found = find_hidden_dip(samples_, gap);
+  if (!found) return;
+  const auto at = [&](double share) { return found->above + share * (found->below - found->above); };
+  const auto gap_at = [&](double share) { return gap(at(share)); };
+  const double passed = at(locate_crossing(gap_at, 1, gap_at(0), gap_at(1)));
+  if (passed < front_) front_ = passed, hidden_here_ = which, first_ = First::event;
+}
+
 // When an event of a joint has come and gone in the step from `begin` to front_, puts front_ where it came.
 void Adaptive::stop_at_hidden_event(double begin) {
-  const double h = front_ - begin;
   next_ = now_, next_flows_ = flows_.of_elements;
-  const auto look_at = [&](double t, std::vector<double>& out) {
-    read_consistent(t);
-    look(now_, out);
-  };
-  read_consistent(begin);
-  const Eigen::VectorXd q_begin = now_.q;
-  read_consistent(begin + h);
-  std::vector<TimedValue> samples;
-  for (const double t : event_times(begin, h, largest_turn(q_begin, now_.q))) samples.push_back({t, 0});
-  event_gaps_.assign(samples.size(), gaps_);
-  for (std::size_t k = 0; k < samples.size(); ++k) look_at(samples[k].t, event_gaps_[k]);
+  sample_step(begin);
   for (std::size_t i = 0; i < switches_.count(); ++i) {
     if (!switches_.of_joint(i) || switches_.side(i) < 0) continue;
-    for (std::size_t k = 0; k < samples.size(); ++k) samples[k].value = event_gaps_[k][i];
-    const auto gap = [&](double t) {
-      look_at(t, gaps_);
-      return gaps_[i];
-    };
     // One that is at its value where the method begins has no root there, and passes it all the same.
     const double clear = system_.model().events[switches_.event(i)].element.hysteresis();
-    if (first_ != First::event && std::abs(samples.front().value) <= clear && samples.back().value < -clear)
+    if (first_ != First::event && std::abs(event_gaps_.front()[i]) <= clear && event_gaps_.back()[i] < -clear)
       front_ = begin, hidden_here_ = i, first_ = First::event;
-    const auto found = find_hidden_dip(samples, gap);
-    if (!found) continue;
-    const auto at = [&](double share) { return found->above + share * (found->below - found->above); };
-    const auto gap_at = [&](double share) { return gap(at(share)); };
-    const double passed = at(locate_crossing(gap_at, 1, gap_at(0), gap_at(1)));
-    if (passed < front_) front_ = passed, hidden_here_ = i, first_ = First::event;
+    stop_at_dip(i);
   }
   now_ = next_, flows_.of_elements = next_flows_;
 }
 
-// When friction beyond its limit sticks still at front_, puts front_ where it has reached it. A root function that is 0
-// where the method begins has no root for it until it has left 0.
-void Adaptive::stop_at_hidden_slip(double begin) {
+// When friction that sticks has been beyond its limit in the step from `begin` to front_, or is there still, puts
+// front_ where it has reached it; the same for surfaces that have come to rest and slide again.
+void Adaptive::stop_at_hidden_slip(double begin, bool root) {
+  next_ = now_, next_flows_ = flows_.of_elements;
+  if ((root || !stop_at_slip_of_end(begin)) && may_have_slipped(begin, root)) {
+    for (double end = 0; end != front_;) {  // before the one found may be others
+      end = front_;
+      sample_step(begin);
+      for (std::size_t i = 0; i < switches_.count(); ++i)
+        if (switches_.of_friction(i)) stop_at_dip(i);
+    }
+  }
+  now_ = next_, flows_.of_elements = next_flows_;
+}
+
+// A root function that is 0 where the method begins has no root for it until it has left 0.
+bool Adaptive::stop_at_slip_of_end(double begin) {
   constexpr double soonest = 1e-3;  // of the step: the strain by then shows the sense in which it slides
-  const std::vector<double> at_end = end_values();
+  const std::vector<double>& at_end = end_values();
   const double h = front_ - begin;
+  bool found = false;
   for (std::size_t i = 0; i < switches_.count(); ++i) {
     if (!switches_.of_friction(i) || !(at_end[i] < 0)) continue;
-    next_ = now_, next_flows_ = flows_.of_elements;
     const auto margin = [&](double share) {
       read_consistent(begin + share * h);
       look(now_, gaps_);
       return gaps_[i];
     };
     const double passed = begin + std::max(soonest, locate_crossing(margin, 1, margin(0), at_end[i])) * h;
-    if (passed < front_ || first_ != First::event) front_ = passed, hidden_here_ = i, first_ = First::event;
-    now_ = next_, flows_.of_elements = next_flows_;
+    if (passed < front_ || !found) front_ = passed, hidden_here_ = i, first_ = First::event;
+    found = true;
   }
+  return found;
+}
+
+// What presses surfaces at rest may change without moving anything, and no error test shortens a step to that. So the
+// margins are looked at between the ends too: their rates at both show a minimum between, and a sample in the middle
+// one that rates miss.
+bool Adaptive::may_have_slipped(double begin, bool root) {
+  constexpr double far = 0.5;  // rad, of half a step: beyond, forces that turn with a body may come and go unseen
+  const double end = front_, h = end - begin, beside = 1e-3 * h;
+  const auto look_at = [&](double t, std::vector<double>& out) {
+    read(t);
+    now_.t = t;
+    follows_partition() ? partition_.evaluate(now_) : partition_.accelerate_as_it_is(now_);
+    look(now_, out);
+  };
+  std::swap(slip_begin_, slip_end_);
+  Margins &from = slip_begin_, &to = slip_end_;
+  for (Margins* m : {&from, &to}) m->at.resize(switches_.count()), m->rates.resize(switches_.count());
+  if (from.t != begin) {
+    look_at(begin, from.at), look_at(begin + beside, from.rates);
+    for (std::size_t i = 0; i < switches_.count(); ++i) from.rates[i] = (from.rates[i] - from.at[i]) / beside;
+  }
+  if (root)
+    look_at(end, to.at);
+  else
+    to.at = end_values();
+  look_at(end - beside, to.rates);
+  q_sample_ = now_.q;
+  look_at(begin + 0.5 * h, gaps_);
+  to.t = end;
+  bool may = largest_turn(q_sample_, now_.q) > far;
+  for (std::size_t i = 0; i < switches_.count(); ++i) {
+    if (!switches_.of_friction(i)) continue;
+    const double near = to.rates[i];
+    to.rates[i] = (to.at[i] - near) / beside;
+    may = may || may_dip(std::array<TimedValue, 5>{{{begin, from.at[i]},
+                                                    {begin + beside, from.at[i] + beside * from.rates[i]},
+                                                    {begin + 0.5 * h, gaps_[i]},
+                                                    {end - beside, near},
+                                                    {end, to.at[i]}}});
+  }
+  return may;
 }
 
 void Adaptive::give_up(long taken, double end) {
@@ -372,6 +440,7 @@ double Adaptive::resolved_stop(double stop, double planned) {
     if (std::isinf(stop) || resolved < stop - 1e-9 * (stop - front_)) stop = resolved;
   };
   if (inputs_.any()) stop_at(inputs_.stop(front_, planned));
+  if (watches_switches()) stop_at(inputs_.next_turn(front_));
   if (profiles_.any()) {
     need_state();
     stop_at(profiles_.stop(now_, planned));
@@ -399,7 +468,7 @@ void Adaptive::method_step(double asked) {
   commits_ = remembers_;
   if (cut) first_ = First::restart;
   if (reached.root) first_ = First::event;
-  if (watches_switches() && !reached.root) stop_at_hidden_slip(begin);
+  if (watches_switches() && has_friction_) stop_at_hidden_slip(begin, reached.root);
   if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);
   if (watches_switches() && system_.has_joint_events()) stop_at_hidden_event(begin);
   if (first_ == First::nothing) settle_step(taken);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <limits>
 
 #include "libmbd/integrators/hidden_contacts.hpp"
 #include "libmbd/integrators/inputs.hpp"
@@ -90,8 +91,12 @@ class Adaptive : public Integrator {
   void pass_event();
   void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
+  void sample_step(double begin);
+  void stop_at_dip(std::size_t which);
   void stop_at_hidden_event(double begin);
-  void stop_at_hidden_slip(double begin);
+  void stop_at_hidden_slip(double begin, bool root);
+  bool stop_at_slip_of_end(double begin);
+  bool may_have_slipped(double begin, bool root);
   [[noreturn]] void give_up(long taken, double end);
   bool try_step(double stop, Reached& reached);
   double resolved_stop(double stop, double planned);
@@ -134,7 +139,17 @@ class Adaptive : public Integrator {
   MotionState next_;
   Eigen::VectorXd next_flows_;
   std::vector<double> gaps_, gaps_before_;
+  std::vector<TimedValue> samples_;  ///< of one switching function over a step
   std::vector<std::vector<double>> event_gaps_;
+
+  /// Margins of friction where a step begins or ends, and how fast they change there.
+  struct Margins {
+    double t = std::numeric_limits<double>::quiet_NaN();
+    std::vector<double> at{}, rates{};
+  };
+  bool has_friction_ = false;      ///< a switching function is one of friction
+  Margins slip_begin_, slip_end_;  ///< of the last step of the method
+  Eigen::VectorXd q_sample_;
 };
 
 }  // namespace subsoil::mbd

@@ -80,16 +80,29 @@ double largest_turn(const Eigen::VectorXd& q_before, const Eigen::VectorXd& q) {
   return out;
 }
 
+namespace {
+bool leads_to_zero(const TimedValue& before, const TimedValue& here, const TimedValue& after) {
+  const double falls = before.value - here.value, rises = after.value - here.value;
+  const double left = here.t - before.t, right = after.t - here.t;
+  const double reach = std::max(falls / left, rises / right) * std::max(left, right);
+  return falls >= 0 && rises >= 0 && here.value < reach;
+}
+}  // namespace
+
+bool may_dip(std::span<const TimedValue> samples) {
+  if (samples.size() < 3 || !(samples.front().value > 0)) return false;
+  for (std::size_t k = 1; k + 1 < samples.size(); ++k)
+    if (samples[k].value < 0 || leads_to_zero(samples[k - 1], samples[k], samples[k + 1])) return true;
+  return false;
+}
+
 std::optional<HiddenPassage> find_hidden_dip(std::span<const TimedValue> samples,
                                              const std::function<double(double)>& g) {
   if (samples.size() < 3 || !(samples.front().value > 0)) return {};
   for (std::size_t k = 1; k + 1 < samples.size(); ++k) {
     const TimedValue &before = samples[k - 1], &here = samples[k], &after = samples[k + 1];
     if (here.value < 0) return HiddenPassage{before.t, here.t};
-    const double falls = before.value - here.value, rises = after.value - here.value;
-    const double left = here.t - before.t, right = after.t - here.t;
-    const double reach = std::max(falls / left, rises / right) * std::max(left, right);
-    if (!(falls >= 0 && rises >= 0 && here.value < reach)) continue;
+    if (!leads_to_zero(before, here, after)) continue;
     const double width = 1e-8 * (after.t - before.t);  // a minimum is flat over sqrt(epsilon)
     const Minimum least = find_minimum(g, before.t, after.t, width, 0);
     if (least.value < 0) return HiddenPassage{before.t, least.at};

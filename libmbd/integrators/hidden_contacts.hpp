@@ -57,6 +57,10 @@ std::vector<double> event_times(double begin, double h, double turn);
 /// Maximum rotation of a body between two states, rad.
 double largest_turn(const Eigen::VectorXd& q_before, const Eigen::VectorXd& q);
 
+/// Whether one of the samples of a function that is positive at the first lies below zero, or below its neighbours and
+/// on a way to zero as steep as between two of the three.
+bool may_dip(std::span<const TimedValue> samples);
+
 /// The first passage of zero of a function g that is positive at the first sample and at the last, of a step in which
 /// it turns as often as the samples show. Where one of them lies below its neighbours, g has a minimum between these;
 /// it is looked for if a way as steep as between two of the three could lead to zero, and the search ends at the

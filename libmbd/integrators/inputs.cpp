@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <exception>
 #include <limits>
 
+#include "libmbd/base/dense.hpp"
 #include "libmbd/base/quartic.hpp"
 #include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
@@ -26,6 +28,31 @@ double value_or_nan(const Function& f, double t) {
 bool is_slow(const Function& f) {
   if (const auto* sum = f.get_if<SumFunction>()) return std::all_of(sum->terms.begin(), sum->terms.end(), is_slow);
   return !f.is_set() || f.get_if<ConstantFunction>() || f.get_if<PolynomialFunction>();
+}
+
+void add_coefficients(const Function& f, std::array<double, 6>& c) {
+  if (const auto* sum = f.get_if<SumFunction>())
+    for (const Function& term : sum->terms) add_coefficients(term, c);
+  if (const auto* polynomial = f.get_if<PolynomialFunction>())
+    for (std::size_t k = 0; k < c.size(); ++k) c[k] += polynomial->c[k];
+}
+
+/// The zeros of c1 + 2 c2 t + ... as eigenvalues of its companion matrix (Golub & Van Loan, Matrix Computations, 4th
+/// ed., section 7.4.6), of complex ones the real part: a step may end there as well.
+std::vector<double> turns_of(const std::array<double, 6>& c) {
+  std::size_t degree = c.size() - 1;
+  while (degree > 0 && c[degree] == 0) --degree;
+  if (degree < 2) return {};
+  const auto n = static_cast<Eigen::Index>(degree) - 1;
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
+  companion.bottomLeftCorner(n - 1, n - 1).setIdentity();
+  for (Eigen::Index k = 0; k < n; ++k)
+    companion(k, n - 1) =
+        -(static_cast<double>(k) + 1) * c[static_cast<std::size_t>(k) + 1] / (static_cast<double>(degree) * c[degree]);
+  if (!companion.allFinite()) return {};
+  std::vector<double> turns;
+  for (const std::complex<double>& zero : eigenvalues(companion)) turns.push_back(zero.real());
+  return turns;
 }
 
 /// Of two corners; nearer ones are a jump, which no step resolves (s).
@@ -81,11 +108,20 @@ Inputs::Inputs(const Model& model) {
           if constexpr (Controller::has.functions) add(c.set_point), add(c.bias);
         },
         controller.element);
+  std::sort(turns_.begin(), turns_.end());
   values_.resize(functions_.size()), largest_.resize(functions_.size());
 }
 
 void Inputs::add(const Function& f) {
-  if (!is_slow(f)) functions_.push_back(&f);
+  if (!is_slow(f)) return functions_.push_back(&f);
+  std::array<double, 6> c{};
+  add_coefficients(f, c);
+  for (const double turn : turns_of(c)) turns_.push_back(turn);
+}
+
+double Inputs::next_turn(double t) const {
+  const auto next = std::upper_bound(turns_.begin(), turns_.end(), t + least_step(t));
+  return next == turns_.end() ? std::numeric_limits<double>::infinity() : *next;
 }
 
 double Inputs::stop(double t, double planned) {

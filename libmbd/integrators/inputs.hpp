@@ -13,7 +13,8 @@ namespace subsoil::mbd {
 /// be as long as the quartic through five points of it agrees with the samples inside: to 2e-3 of the bend in the
 /// step, or 1e-8 of the maximum value nearby. A half-sine over a whole step is off by 9e-3. A smooth oscillation allows
 /// 0.7 rad of its phase and more, which the error test does not exceed where it matters. A pulse between two samples
-/// stays unseen.
+/// stays unseen. Polynomials bound no step, which may be so long that one turns in it more than once: between
+/// next_turn() and the next it rises or falls throughout.
 class Inputs {
  public:
   static constexpr double spacing = 2.5e-4;  ///< s
@@ -24,6 +25,8 @@ class Inputs {
   bool any() const { return !functions_.empty(); }
   /// Where a step from t that wants to be `planned` long has to end at the latest.
   double stop(double t, double planned);
+  /// The first time after t at which a polynomial may turn; infinity: none does.
+  double next_turn(double t) const;
 
  private:
   void add(const Function& f);
@@ -34,7 +37,8 @@ class Inputs {
   bool resolves(double t, double end) const;
 
   std::vector<const Function*> functions_;
-  double index_ = 0;  // of the first of the two windows that are sampled
+  std::vector<double> turns_;  // of polynomials, rising
+  double index_ = 0;           // of the first of the two windows that are sampled
   bool sampled_ = false;
   std::vector<double> times_;
   std::vector<std::vector<double>> values_;  // of each function at times_; NaN where it has none
