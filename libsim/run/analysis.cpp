@@ -253,11 +253,14 @@ void write_frames(FrameOutput& frames, const Scenario& s) {
   frames.write(1, 0);
 }
 
-/// Modes one after another, mode k over a period that the frames' time runs from k to k + 1.
+/// The first modes one after another, mode k over a period that the frames' time runs from k to k + 1. Those of a beam of
+/// many elements go into the hundreds, and nobody watches them all.
 void write_mode_frames(FrameOutput& frames, const Poses& rest, const std::vector<mbd::Mode>& modes) {
   constexpr int pieces = 24;
+  constexpr std::size_t watched = 30;
   std::vector<double> shape(3 * (rest.size() - 1));
-  for (std::size_t k = 0; k < modes.size(); ++k) {
+  if (modes.size() > watched) spdlog::info("frames show the first {} of {} modes", watched, modes.size());
+  for (std::size_t k = 0; k < std::min(modes.size(), watched); ++k) {
     if (modes[k].shape.size() == 0) continue;
     const auto take = [&](double phase) {
       const std::complex<double> turn = std::polar(1.0, 2 * std::numbers::pi * phase);
