@@ -185,7 +185,10 @@ struct Ida::Solver {
     double h = 0;
     if (IDAGetCurrentStep(s.memory, &h) == IDA_SUCCESS && h > 0) {
       const double rounding = s.rounding_of_places(y);
-      for (Eigen::Index i = 0; i < s.n; ++i) weight[s.n + i] = std::max(weight[s.n + i], rounding / (s.arm(i) * h));
+      for (Eigen::Index i = 0; i < s.n; ++i) {
+        weight[i] = std::max(weight[i], rounding / s.arm(i));
+        weight[s.n + i] = std::max(weight[s.n + i], rounding / (s.arm(i) * h));
+      }
     }
     weight = weight.cwiseInverse();
     return 0;
