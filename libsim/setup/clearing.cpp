@@ -69,7 +69,8 @@ void Clearing::clear_given() {
           count == spheres.size()
               ? "a chamber around all of them is a mesh whose walls have a thickness, or an open one, both sides of "
                 "which act; a tool starts outside the soil"
-              : "start it outside the soil, or say `soil.bed.inside machine: carve`, which takes them out",
+              : "boundaries join a bed that has settled: start it outside the soil, pour the soil in the run "
+                "(`soil.inlets`), or remove these (`soil.bed.inside machine: carve`)",
           unit_guess(b, spheres)));
     }
     const int solid[] = {r.boundary};
