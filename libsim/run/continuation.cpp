@@ -118,7 +118,8 @@ void refuse_changes(const std::vector<Difference>& found, const std::vector<std:
   }
   for (const std::string& w : wished)
     if (std::none_of(found.begin(), found.end(), [&](const Difference& d) { return within(d.key, w); }))
-      text += fmt::format("--change {}: does not differ from what the state was written with; leave it out\n", w);
+      text += fmt::format(
+          "--change {}: does not differ from what the state was written with, or is no key; leave it out\n", w);
   if (text.empty()) return;
   text.pop_back();
   throw ScenarioError(text);
