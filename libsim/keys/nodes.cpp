@@ -42,6 +42,10 @@ void check_size(double value) {
 std::vector<double> numbers_of(const Node& node, const std::string& unit, std::size_t count, std::optional<double> n) {
   std::vector<double> numbers;
   if (node.kind == Node::Kind::sequence) {  // [1, 0] or [1 m, 2 m]: each with its unit
+    const Node* only = node.items.size() == 1 ? &node.items.front() : nullptr;
+    if (count != 1 && only && only->kind == Node::Kind::scalar && parse_quantities(only->scalar, unit, 0, n).size() > 1)
+      throw Refusal("is a list of one entry, which holds several numbers",
+                    fmt::format("leave the brackets out: {}; or write each number with its unit", only->scalar));
     for (const Node& item : node.items) numbers.push_back(parse_quantity(scalar_of(item), unit, n));
   } else {
     numbers = parse_quantities(scalar_of(node), unit, count, n);

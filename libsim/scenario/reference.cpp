@@ -101,6 +101,17 @@ std::vector<std::string> section_of(std::vector<std::string> parts) {
   return is_known ? parts : std::vector<std::string>{};
 }
 
+/// How many parts of the row's path a query takes that leaves names of one's own out, as `soil.clumps.inertia` does of
+/// `soil.clumps.<name>.inertia`; 0: it leaves none out, or does not fit.
+std::size_t depth_without_names(const std::vector<std::string>& row, const std::vector<std::string>& query) {
+  std::size_t depth = 0, taken = 0;
+  for (; depth < row.size() && taken < query.size(); ++depth) {
+    if (row[depth] == "<name>") continue;
+    if (row[depth] != query[taken++]) return 0;
+  }
+  return taken == query.size() && depth > taken ? depth : 0;
+}
+
 /// A path that starts too high (`soil.contacts.wet.K_X`) loses its head until something fits; then it may begin
 /// anywhere
 /// (`wet.K_X`, `K_X`), but not outside of two parts that fit, such as `machine.forces`, and in its own section first.
@@ -108,6 +119,10 @@ Rows find_rows(const std::string& path) {
   std::vector<std::string> query = parts_of(without_indices(path));
   const std::vector<std::string> section = section_of(query);
   const std::string head = query[0];
+  Rows without_names;
+  for (const KnownKey& row : known_keys())
+    if (const std::size_t depth = depth_without_names(parts_of(row.path), query); depth > 0)
+      without_names.rows.push_back(&row), without_names.depth = depth;
   for (; !query.empty(); query.erase(query.begin())) {
     Rows exact{{}, query.size()}, anywhere, inside;
     for (const KnownKey& row : known_keys()) {
@@ -123,6 +138,7 @@ Rows find_rows(const std::string& path) {
         }
       }
     }
+    if (!without_names.rows.empty()) return without_names;
     if (!exact.rows.empty()) return exact;
     if (!inside.rows.empty()) return inside;
     if (!anywhere.rows.empty()) return anywhere;

@@ -135,6 +135,9 @@ TEST(RunClumps, RefusalsNamePlaceRuleAndCure) {
          "soil.clumps.bean.inertia: needs `mass`, as measured");
   expect(refusal(mixture, "density: 1300 kg/m^3", "mass: 1 g, inertia: 1 1 5 g mm^2"),
          "soil.clumps.bean: no body has this inertia");
+  expect(refusal(mixture, "density: 1300 kg/m^3", "mass: 1 g, inertia: [400 500 600 g mm^2]"),
+         "soil.clumps.bean.inertia = [400 500 600 g mm^2]: is a list of one entry, which holds several numbers; leave "
+         "the brackets out: 400 500 600 g mm^2; or write each number with its unit");
   expect(refusal(mixture, ", clumps: [{shape: bean, share: 0.5}]", ""),
          "soil.clumps: are used nowhere; name them in `soil.bed.clumps`");
   expect(refusal(skittle, "fill: particles", "fill: lattice\n    radius: 10 mm\n    pitch: 20 mm"),

@@ -102,6 +102,15 @@ TEST(ScenarioExplain, UnitDefaultRangeAndMeaning) {
   EXPECT_NE(explain("").find("boundaries"), std::string::npos);
 }
 
+/// A path may leave names of one's own out.
+TEST(ScenarioExplain, AKeyBelowANameIsFoundWithoutIt) {
+  const std::string inertia = explain("soil.clumps.inertia");
+  EXPECT_EQ(inertia, explain("soil.clumps.<name>.inertia"));
+  EXPECT_TRUE(inertia.starts_with("soil.clumps.<name>.inertia\n    as measured")) << inertia;
+  EXPECT_EQ(explain("soil.clumps.spheres.radius"), explain("soil.clumps.<name>.spheres.radius"));
+  EXPECT_TRUE(explain("soil.clumps").starts_with("soil.clumps\n"));
+}
+
 /// The coefficient of a law's pair, and not that of the materials, which `combine` takes.
 TEST(ScenarioExplain, AKeyOfEveryLawIsSoughtInItsOwnSection) {
   const std::string text = explain("contacts.mu");
