@@ -550,7 +550,12 @@ Simulation::State Simulation::State::from_bytes(std::span<const std::byte> bytes
   std::ofstream(file.path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<long>(bytes.size()));
   auto out = std::make_shared<Impl>();
-  out->saved = read_run(file.path);
+  try {
+    out->saved = read_run(file.path);
+  } catch (const StateFault&) {  // which names a file that nobody knows
+    throw std::invalid_argument(
+        "state: the bytes are not those of a whole state of this version; take them from to_bytes()");
+  }
   if (!out->saved.progress) throw std::runtime_error("state: is none of a simulation in process");
   State state;
   state.impl_ = std::move(out);

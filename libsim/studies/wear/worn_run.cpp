@@ -153,7 +153,8 @@ WorkedStrip worked_strip(const RunFolder& run, std::optional<double> width, std:
   WorkedStrip out{width.value_or(0), length.value_or(0), "as given"};
   if (width && length) return out;
   const std::optional<ToolPath> tool = disturbance_of(run.path).tool;
-  if (!tool || !(tool->travel > 0) || !(tool->width > 0))
+  constexpr double turns_in_place = 1e-3;  // of the width: frames round places, so that the travel is not 0
+  if (!tool || !(tool->width > 0) || !(length || tool->travel > turns_in_place * tool->width))
     refuse_run(run,
                "the frames show no tool that travels in soil, which would give width and length of what was worked; "
                "give --width and --length, or --passes in place of --hectares");

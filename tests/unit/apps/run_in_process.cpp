@@ -95,6 +95,9 @@ TEST(InProcess, AStateIsExact) {
   other.restore(Simulation::State::from_bytes(state.bytes()));
   other.step(300);
   EXPECT_TRUE(numbers_of(other) == first);
+  const std::vector<std::byte> bytes = state.bytes();
+  for (const std::size_t part : {std::size_t{3}, bytes.size() / 2})
+    EXPECT_THROW(Simulation::State::from_bytes(std::span(bytes).first(part)), std::invalid_argument) << part;
 }
 
 /// A machine without soil, integrated by CVODE: what follows a state is the same bits in another simulation.

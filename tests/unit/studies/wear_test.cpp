@@ -303,6 +303,26 @@ output: {every: 10 ms}
             exit_ok);
   EXPECT_TRUE(holds(message_of([&] { wear_study({.run = dir / "out", .out = dir / "w", .hectares = {1}}); }),
                     "give --width and --length, or --passes in place of --hectares"));
+  // A disk that turns in place under a ball in a pen: its travel is the rounding of its pose.
+  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {stone: {density: 2500 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [stone, stone], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.3}
+  - {between: [stone, steel], law: linear, k_n: 20 kN/m, restitution: 0.3, mu: 0.3}
+soil: {bed: {fill: particles, material: stone, particles: [{position: 100 9.99 0 mm, radius: 10 mm}]}}
+boundaries:
+  - {name: disk, material: steel, shape: {cylinder: {radius: 150 mm, length: 20 mm, axis: 0 1 0}}, at: 0 -10 0 mm,
+     moves: [{angular velocity: 0 6 0 rad/s}], wear: {coefficient: 1e-3, hardness: 1 GPa}}
+  - {name: pen, material: stone, shape: {box: 20 40 20 mm}, at: 100 21 -20 mm}
+time: {end: 50 ms}
+output: {every: 10 ms}
+)"),
+                         dir / "turned"),
+            exit_ok);
+  WearRequest turned{.run = dir / "turned", .out = dir / "wt", .hectares = {1e-3}};
+  turned.width = 0.03;
+  EXPECT_TRUE(holds(message_of([&] { wear_study(turned); }), "give --width and --length"));
 }
 
 }  // namespace
