@@ -13,14 +13,16 @@ struct BrokenBond {
   std::array<std::uint32_t, 2> ids{};  ///< of the spheres, the lower first
   Vec3 position;                       ///< middle between the surfaces, m, at the end of that step
   double energy = 0;                   ///< J that it stored
-  bool in_tension = true;              ///< or in shear
+  bool in_tension = true;              ///< or in shear, or
+  bool by_edge = false;                ///< cut
 };
 
 /// Bonds since the start.
 struct BondCount {
   std::size_t formed = 0, broken_in_tension = 0, broken_in_shear = 0;
+  std::size_t cut = 0;      ///< by edges
   std::size_t removed = 0;  ///< with a sphere that left the bed
-  std::size_t broken() const { return broken_in_tension + broken_in_shear; }
+  std::size_t broken() const { return broken_in_tension + broken_in_shear + cut; }
   std::size_t intact() const { return formed - broken() - removed; }
 };
 

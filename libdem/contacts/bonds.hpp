@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "libdem/contacts/bond_record.hpp"
 #include "libdem/contacts/contact_store.hpp"
+#include "libdem/contacts/surface_contacts.hpp"
 
 namespace subsoil::dem {
 
@@ -35,6 +37,14 @@ class Bonds {
   void form_due(double until, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws);
   /// A bond of the run broke in this step; called by workers.
   void mark_broken(std::uint32_t run);
+  /// Marks bonds of fibres that cutting edges have pressed through in this step: they break in the next.
+  ///
+  /// The section that an edge would cut is the bond nearest to it: of the bonds of the sphere that it touches the one
+  /// in whose direction it lies. Of a sphere at an end only an edge beyond half the radius cuts: one in its middle has
+  /// cut it off already, or cuts nothing off. What counts is the force in the direction in which the edge points.
+  /// Forces of one boundary on both spheres of a bond add up.
+  void cut(std::span<const EdgeContact> at_edges, ContactStore& contacts, const ParticleStore& particles,
+           const ContactLaws& laws, const PeriodicCell& cell);
   /// Bonds that broke in this step, in the order of the lists; what they stored is added to `lost`, J. Called after
   /// every sweep, so that no later build of the lists can drop one.
   void record_broken(double time, ContactStore& contacts, const ParticleStore& particles, const ContactLaws& laws,

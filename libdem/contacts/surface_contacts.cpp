@@ -141,7 +141,9 @@ void SurfaceContacts::search(std::uint32_t b, const Boundary& boundary, const Pa
       if (mine.candidates.size() == before) continue;
       const std::span<const std::uint32_t> close(mine.candidates.data() + before, mine.candidates.size() - before);
       // Planes take the masses that pairs find, which of fixed spheres are not their own.
-      if (const auto face = held ? std::nullopt : flat_face(boundary.shape, c, skin, close)) {
+      // At a blade every contact may be one at its edge, and is looked at alone.
+      if (const auto face =
+              held || !boundary.edges.empty() ? std::nullopt : flat_face(boundary.shape, c, skin, close)) {
         mine.faces.push_back({i, b, static_cast<std::uint32_t>(law), *face});
         mine.candidates.resize(before);
         continue;

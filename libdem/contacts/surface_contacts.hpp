@@ -28,6 +28,14 @@ struct SurfaceEntry {
   Contact contact[kMaxSurfaceContacts];
 };
 
+/// A sphere at a cutting edge, or at one of its faces so near to it that the edge is in the fibre; world axes.
+struct EdgeContact {
+  std::uint32_t sphere, boundary;
+  double force;         ///< of the edge along `outward`, N
+  Vec3 normal;          ///< of the contact, to the sphere
+  Vec3 along, outward;  ///< of the edge
+};
+
 /// Consecutive entries of one boundary, summed together: the unit of work and of fixed-order sums.
 struct SurfaceChunk {
   std::uint32_t boundary, begin, end;
@@ -40,6 +48,7 @@ struct SurfaceChunk {
   std::uint32_t worst = 0;  ///< sphere of max_overlap
   bool records = false;     ///< whether the step asks for single contacts
   std::vector<ContactRecord> recorded{};
+  std::vector<EdgeContact> at_edges{};
 };
 
 /// Spheres of one particle block on flat faces of one mesh of a boundary, of one law.

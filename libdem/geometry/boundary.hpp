@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libdem/base/vec3.hpp"
+#include "libdem/geometry/cutting_edges.hpp"
 #include "libdem/geometry/shapes.hpp"
 #include "libdem/geometry/surface_loads.hpp"
 
@@ -39,6 +40,7 @@ struct Boundary {
   /// Whether fixed spheres meet it. Of a surface at rest against them the contact would be a constant load: a rough
   /// floor of fixed spheres may be laid into its walls.
   bool meets_fixed = true;
+  std::vector<CuttingEdge> edges;  ///< of its triangles, those that cut fibres
 
   // answers
   Wrench wrench;               ///< of the spheres on the surface at t_n, about pose.position

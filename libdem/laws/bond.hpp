@@ -28,6 +28,9 @@
 /// What phi exceeds by is no longer stored: permanent curvature. M_p and not the moment pi R^3/4 sigma_y at which the
 /// outer fibre begins to yield, since the plateau decides how far a section folds.
 /// Energy: each spring's k x^2/2; what a bond holds when it breaks is lost in breaking, plastic work in yielding.
+/// A cutting edge at an angle alpha to the row breaks a bond of kind `fibre` that it presses on with a force across
+///     F >= sigma_e A/sin(alpha)      of the section that it would cut, sigma_e the cutting strength Pa
+///     (contacts/bonds.hpp)
 /// A bond of kind `fibre` comes with its spheres, neighbours in a chain, and replaces their contact while it holds;
 /// `parallel` forms between all that touch, and acts beside the contact.
 /// A row of equal spheres is a beam of modulus E, section A, I and shear stiffness E A/ratio (docs/theory).
@@ -67,6 +70,7 @@ struct Bond {
   double radius = 1;
   double tensile = left_out, shear = left_out;
   double yield = left_out;
+  double cutting = left_out;
   double friction_angle = 0;
   double moment_share = 1;
   double damping = 0;
@@ -90,6 +94,9 @@ struct Bond {
               "shear stress at which the bond breaks, without normal stress");
     v.derived("bond yield stress", yield, "Pa", "(0, inf)",
               "at which bending becomes plastic: the moment stays at 4/3 R^3 times it; left out: elastic");
+    v.derived("bond cutting strength", cutting, "Pa", "(0, inf)",
+              "of bond: fibre: force over the section at which one of the `cutting edges` of a surface cuts it; left "
+              "out: none does");
     v.quantity("bond friction angle", friction_angle, "rad", "[0, 1.57)",
                "by which compression raises the shear strength of the bond, and tension lowers it");
     v.quantity("bond moment share", moment_share, "1", "[0, 1]",
@@ -116,7 +123,11 @@ struct Bond {
         throw std::invalid_argument("bond: " + std::string(word()) + " needs `" + std::string(q.name) + "`");
       if (!acts()) refuse_without_bond(q.name, q.value);
     }
-    if (!acts()) refuse_without_bond("bond yield stress", yield);
+    if (!acts()) refuse_without_bond("bond yield stress", yield), refuse_without_bond("bond cutting strength", cutting);
+    if (kind == Kind::parallel && !std::isnan(cutting))
+      throw std::invalid_argument(
+          "`bond cutting strength` has no effect on bond: parallel, which no edge cuts; leave it out, or take bond: "
+          "fibre");
     if (kind == Kind::fibre && gap > 0)
       throw std::invalid_argument(
           "`bond gap` has no effect on bond: fibre, whose spheres come bonded; leave it out, or take bond: parallel");
@@ -132,6 +143,10 @@ struct Bond {
   /// Largest gap of a pair that is still bonded: where it formed and the stretch that breaks it. The margin covers
   /// single precision.
   double cutoff(double largest_radius) const { return gap + 2 * largest_radius * tensile / modulus * (1 + 1e-5); }
+
+  /// Force of an edge across the row that cuts the bond between spheres of which this is the smaller radius, N; NaN:
+  /// none does.
+  double cutting_force(double smaller) const { return cutting * pi * radius * radius * smaller * smaller; }
 
   /// One step of a pair; lanes without a bond give nothing and stay so.
   template <class T>
@@ -150,7 +165,9 @@ struct Bond {
     const T tau = k.k_s * (sqrt(shear2) + arm * max(b.twist, -b.twist));
     const T most = T(shear) - T(tan_friction) * k.k_n * stretch;
     b.state = select(intact,
-                     select(sigma >= T(tensile), T(kBrokeInTension), select(tau >= most, T(kBrokeInShear), one)), zero);
+                     select(sigma >= T(tensile), T(kBrokeInTension),
+                            select(tau >= most, T(kBrokeInShear), select(b.state > T(1.1), T(kBrokeByEdge), one))),
+                     zero);
     const auto broke = b.state > T(1.5);
     const auto holds = both(intact, T(1.5) > b.state);
     BondForce<T> out;

@@ -36,6 +36,11 @@ struct BondMemory {
 };
 
 /// A number of the contact like the others. A bond that broke reports it for one step, until the bed has counted it.
-inline constexpr double kNoBond = 0, kBonded = 1, kBrokeInTension = 2, kBrokeInShear = 3;
+inline constexpr double kNoBond = 0, kBonded = 1, kBrokeInTension = 2, kBrokeInShear = 3, kBrokeByEdge = 4;
+/// Holds, and breaks in the next step: an edge has cut through.
+inline constexpr double kCutThrough = 1.25;
+/// Whether it holds or did up to this step; whether it broke in it.
+inline bool is_intact(double state) { return state > 0.5 && state < 1.5; }
+inline bool has_broken(double state) { return state > 1.5; }
 
 }  // namespace subsoil::dem

@@ -261,7 +261,14 @@ void Bed::Impl::record_broken_bonds(Snapshot* snapshot) {
   bonds.record_broken(now.time, contacts, particles, laws, balance.lost_before.breaking);
   for (std::size_t k = known; k < bonds.broken.size(); ++k)
     bonds.broken[k].position = options.periodic.wrapped(bonds.broken[k].position);
+  cut_bonds();
   if (snapshot != nullptr) count_bonds(contacts, laws, particles, *snapshot);
+}
+
+void Bed::Impl::cut_bonds() {
+  std::vector<EdgeContact> at_edges;
+  for (const SurfaceChunk& c : surfaces.chunks) at_edges.insert(at_edges.end(), c.at_edges.begin(), c.at_edges.end());
+  if (!at_edges.empty()) bonds.cut(at_edges, contacts, particles, laws, options.periodic);
 }
 
 /// Sums over particle blocks and surfaces, in their order.

@@ -121,6 +121,7 @@ struct Bed::Impl {
   void move_clumps(double dt, const Request& request);
   void form_due_bonds(double until);
   void record_broken_bonds(Snapshot* snapshot);
+  void cut_bonds();
   void sum_up(bool energy);
   void sum_phases(double search, double sweep);  ///< wall time, s
 

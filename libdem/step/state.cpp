@@ -68,7 +68,7 @@ void Bed::Impl::archive_bonding(Archive& a) {
   a.group("bonding", [&] {
     BondCount& n = bonds.count;
     a("may form", bonds.may_form)("formed", n.formed)("broken in tension", n.broken_in_tension);
-    a("broken in shear", n.broken_in_shear)("removed", n.removed);
+    a("broken in shear", n.broken_in_shear)("cut", n.cut)("removed", n.removed);
     a("laws", formed);
     std::size_t count = bonds.broken.size();
     a("broken count", count);
@@ -78,6 +78,7 @@ void Bed::Impl::archive_bonding(Archive& a) {
       BrokenBond& b = bonds.broken[k];
       a.group("broken", [&] {
         a("ids", b.ids)("time", b.time)("position", b.position)("energy", b.energy)("in tension", b.in_tension);
+        a("by edge", b.by_edge);
       });
     }
   });

@@ -28,6 +28,7 @@ class ChunkRun {
     chunk_.contacts = 0;
     chunk_.max_overlap = 0;
     chunk_.recorded.clear();
+    chunk_.at_edges.clear();
     for (std::uint32_t k = chunk_.begin; k < chunk_.end; ++k) touch(of_.contacts.entries[k]);
     flush();
   }
@@ -38,6 +39,7 @@ class ChunkRun {
     int contact;  ///< -1: ended
     std::uint32_t mesh;
     Vec3 point;
+    const CuttingEdge* edge = nullptr;  ///< at which it is; of the boundary, shape axes
   };
 
   void touch(SurfaceEntry& e) {
@@ -65,7 +67,7 @@ class ChunkRun {
       if (continues) continued[from[c]] = true;
       e.contact[c].normal = now[c].normal;
       add_lane(s, now[c], continues ? &normals[from[c]] : nullptr, continues ? states[from[c]] : PairState{},
-               {&e, static_cast<int>(c), now[c].surface, {}});
+               {&e, static_cast<int>(c), now[c].surface, {}, edge_at(boundary_.edges, now[c].point, kAtEdge * s.r)});
     }
     for (std::uint32_t c = 0; c < were; ++c)
       if (!continued[c]) add_ended(s, normals[c], states[c], e);
@@ -125,6 +127,7 @@ class ChunkRun {
       if (!chunk_.meshes.empty()) chunk_.meshes[lane_[k].mesh] += {-f, moment};
       chunk_.stored += job_.sums.stored[k];
       if (chunk_.records) record(k, f);
+      if (lane_[k].edge != nullptr) press(k, f);
       ++chunk_.contacts;
       if (t[3] > 0) ++e.touching;
       if (exceeds(job_.sums.overlap[k], chunk_.max_overlap))
@@ -138,6 +141,20 @@ class ChunkRun {
     const Sphere s = of_.particles.now(job_.sphere[k]);
     chunk_.recorded.push_back(record_of(job_, k, s, chunk_.boundary, lane_[k].point, force));
   }
+
+  /// Normal force and friction, as a blade's load is measured; only their part in the direction in which the edge
+  /// points, so that the flank of the blade pushes a fibre aside.
+  void press(std::uint32_t k, const Vec3& force) {
+    const auto world = [&](const Vec3& own) { return boundary_.pose.attitude.rotate(own); };
+    const Vec3 n{job_.normal[0][k], job_.normal[1][k], job_.normal[2][k]}, outward = world(lane_[k].edge->outward);
+    const double pushed = dot(force, outward);
+    if (pushed > 0)
+      chunk_.at_edges.push_back({job_.sphere[k], chunk_.boundary, pushed, n, world(lane_[k].edge->along()), outward});
+  }
+
+  /// Of a radius: how far from the edge a contact with its faces still presses on the fibre by the edge. Between two
+  /// spheres a blade touches both with its faces, a sine of half its angle from the edge.
+  static constexpr double kAtEdge = 1;
 
   const SurfaceForces& of_;
   SurfaceChunk& chunk_;

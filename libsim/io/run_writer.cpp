@@ -445,9 +445,11 @@ void RunWriter::Impl::write_broken_bonds(std::span<const dem::BrokenBond> broken
   file.put<double>(group + "/position", n, 3, "m",
                    [&](std::size_t i) { return broken[i / 3].position[static_cast<int>(i % 3)]; });
   file.put<double>(group + "/energy", n, 1, "J", [&](std::size_t i) { return broken[i].energy; });
-  file.put<std::int32_t>(group + "/mode", n, 1, "", [&](std::size_t i) { return broken[i].in_tension ? 0 : 1; });
+  file.put<std::int32_t>(group + "/mode", n, 1, "", [&](std::size_t i) {
+    return broken[i].in_tension ? 0 : broken[i].by_edge ? 2 : 1;
+  });
   file.name_all();
-  h5::write_text(file.id(), group + "/modes", {"tension", "shear"});
+  h5::write_text(file.id(), group + "/modes", {"tension", "shear", "edge"});
   file.end();
   has_broken_bonds = index_is_old = true;
 }

@@ -43,8 +43,8 @@ class RunWriter {
   RunWriter& operator=(const RunWriter&) = delete;
 
   void write(const Frame& frame);
-  /// The table of all bonds that broke, /broken bonds: time s, ids, position m, energy J, mode 0 tension or 1 shear.
-  /// To be called once, at the end; nothing is written for none.
+  /// The table of all bonds that broke, /broken bonds: time s, ids, position m, energy J, mode 0 tension, 1 shear, 2
+  /// edge. To be called once, at the end; nothing is written for none.
   void write_broken_bonds(std::span<const dem::BrokenBond> broken);
   long frames() const;
   const ParticleTable& particles() const;

@@ -205,6 +205,7 @@ std::vector<ReportNumber> numbers_of_fibres(const RunFolder& run) {
     add("angle to x at the end", "rad", {"angle to x [rad]"}, true);
     add("nematic order at the end", "1", {"nematic order"}, true);
     add("broken bonds", "1", {"broken bonds"}, true);
+    add("bonds cut by edges", "1", {"cut by edges"}, true);
     if (!fibres.contains("force on surfaces [N]")) continue;
     for (const auto& [surface, force] : fibres["force on surfaces [N]"].items())
       for (std::size_t d = 0; d < 3; ++d)

@@ -146,7 +146,9 @@ const FibreGroup& group(From f, const FibresOfWorld& g) { return f.world.fibres[
 constexpr ColumnOf<FibresOfWorld> fibres[] = {
     {"buried", "1", [](From f, const FibresOfWorld& g) { return f.buried.share(g.index); }},
     {"broken bonds", "1", [](From f, const FibresOfWorld& g) { return count(broken_bonds(f.world, group(f, g))); },
-     false, true}};
+     false, true},
+    {"cut bonds", "1", [](From f, const FibresOfWorld& g) { return count(cut_bonds(f.world, group(f, g))); }, false,
+     true}};
 
 }  // namespace
 
@@ -201,7 +203,8 @@ const ColumnFamily<InletOfWorld> inlet_columns{
 
 const ColumnFamily<FibresOfWorld> fibre_columns{
     "FIBRES", Taken::sample, fibres,
-    "of fibres: share of their mass above which there is soil; bonds that broke since the start"};
+    "of fibres: share of their mass above which there is soil; bonds that broke since the start, and "
+    "those of them that edges cut"};
 
 namespace {
 

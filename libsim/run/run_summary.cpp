@@ -90,9 +90,10 @@ void write_bonds(Summary& summary, const World& world) {
                               {"intact", n.intact()},
                               {"broken in tension", n.broken_in_tension},
                               {"broken in shear", n.broken_in_shear},
+                              {"cut by edges", n.cut},
                               {"removed with spheres", n.removed}};
-  spdlog::info("bonds: {} formed, {} intact, {} broken in tension, {} in shear", n.formed, n.intact(),
-               n.broken_in_tension, n.broken_in_shear);
+  spdlog::info("bonds: {} formed, {} intact, {} broken in tension, {} in shear, {} cut by edges", n.formed, n.intact(),
+               n.broken_in_tension, n.broken_in_shear, n.cut);
 }
 
 }  // namespace
@@ -207,6 +208,7 @@ Json fibre_json(const FibreFacts& f) {
   json["nematic order"] = f.order;
   json["intact bonds"] = f.segments;
   json["broken bonds"] = f.broken;
+  json["cut by edges"] = f.cut;
   return json;
 }
 

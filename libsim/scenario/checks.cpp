@@ -6,6 +6,7 @@
 
 #include "libsim/scenario/scenario.hpp"
 #include "libsim/scenario/sections/engine.hpp"
+#include "libsim/scenario/sections/fibres.hpp"
 #include "libsim/scenario/sections/names.hpp"
 
 namespace subsoil::sim {
@@ -42,6 +43,7 @@ void check(Scenario& s, const Places& places, Problems& problems) {
   if (s.soil) check_soil(checks, s);
   check_boundaries(checks, s);
   if (s.machine) check_machine(checks, s);
+  check_cutting(checks, s);
   check_names(checks, s);
   check_contacts(checks, s);
   check_time(checks, s);

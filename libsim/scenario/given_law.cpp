@@ -113,6 +113,17 @@ bool makes_fibres(const GivenLaw& given) {
       variant_of(given));
 }
 
+bool is_cut_by_edges(const GivenLaw& given) {
+  return std::visit(
+      []<class L>(const L& law) {
+        if constexpr (requires { law.bond; })
+          return !std::isnan(law.bond.cutting);
+        else
+          return false;
+      },
+      variant_of(given));
+}
+
 std::optional<double> liquid_volume(const GivenLaw& given) {
   return std::visit(
       []<class L>(const L& law) -> std::optional<double> {

@@ -47,6 +47,8 @@ MaterialNeeds material_needs(const GivenLaw& law);
 
 /// Whether spheres of this law come as fibres: `bond: fibre`.
 bool makes_fibres(const GivenLaw& law);
+/// Whether edges cut what it holds together.
+bool is_cut_by_edges(const GivenLaw& law);
 
 /// Of one bridge, m^3; nothing where the law has none.
 std::optional<double> liquid_volume(const GivenLaw& law);

@@ -200,6 +200,12 @@ std::size_t broken_bonds(const World& world, const FibreGroup& group) {
       std::count_if(all.begin(), all.end(), [&](const dem::BrokenBond& b) { return group.has(b.ids[0]); }));
 }
 
+std::size_t cut_bonds(const World& world, const FibreGroup& group) {
+  const auto all = world.bed->broken_bonds();
+  return static_cast<std::size_t>(std::count_if(
+      all.begin(), all.end(), [&](const dem::BrokenBond& b) { return b.by_edge && group.has(b.ids[0]); }));
+}
+
 const std::vector<double>& BuriedFibres::shares() {
   if (!shares_.empty()) return shares_;
   const SoilFromAbove soil(world_);
@@ -215,7 +221,7 @@ std::vector<FibreFacts> fibre_facts(const World& world) {
     FibreFacts& facts = out.emplace_back();
     take_depths(world, soil, group, facts);
     take_directions(world, group, facts);
-    facts.broken = broken_bonds(world, group);
+    facts.broken = broken_bonds(world, group), facts.cut = cut_bonds(world, group);
   }
   return out;
 }

@@ -23,11 +23,13 @@ struct FibreFacts {
   double order = 0;  ///< nematic: maximum eigenvalue of the mean of (3 u u - 1)/2; 0 in any direction, 1 parallel
   std::size_t segments = 0;  ///< intact bonds
   std::size_t broken = 0;    ///< bonds, since the run began
+  std::size_t cut = 0;       ///< of these by edges
 
   double on_surface() const { return mass - buried; }
   void archive(Archive& a) {
     a("mass", mass)("buried", buried)("band", band)("by depth", by_depth)("mean depth", mean_depth);
     a("to horizontal", to_horizontal)("to x", to_x)("order", order)("segments", segments)("broken", broken);
+    a("cut", cut);
   }
 };
 
@@ -49,5 +51,6 @@ class BuriedFibres {
   std::vector<double> shares_;  ///< empty: not asked for yet
 };
 std::size_t broken_bonds(const World& world, const FibreGroup& group);
+std::size_t cut_bonds(const World& world, const FibreGroup& group);  ///< by edges
 
 }  // namespace subsoil::sim

@@ -41,14 +41,17 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
     std::string material;
     std::vector<std::string> names;
     std::vector<dem::TriangleMesh> meshes;
+    std::vector<dem::CuttingEdge> edges;
   };
   std::vector<Group> groups;
   const auto wear_of = [&](const std::string& name) {
     const auto& all = s.machine->surfaces;
     return std::find_if(all.begin(), all.end(), [&](const Surface& one) { return one.name == name; })->wear;
   };
-  const auto add = [&](int body, const std::string& material, const std::vector<std::string>& names, dem::Shape shape) {
+  const auto add = [&](int body, const std::string& material, const std::vector<std::string>& names, dem::Shape shape,
+                       std::vector<dem::CuttingEdge> edges) {
     dem::Boundary boundary;
+    boundary.edges = std::move(edges);
     boundary.name = fmt::format("{}", fmt::join(names, ", "));
     if (std::any_of(names.begin(), names.end(), [&](const std::string& name) { return wear_of(name).has_value(); }))
       boundary.loads.emplace(shape);
@@ -73,20 +76,25 @@ void add_body_surfaces(World& world, const Loaded& loaded) {
       if (!surface.touches_soil || world.bed == nullptr) {
         world.drawn.push_back({surface.name, surface.body_index, drawn_mesh(surface, *s.machine)});
       } else if (!is_mesh(surface.shape)) {
-        add(surface.body_index, surface.material, {surface.name}, contact_shape(surface.shape, place));
+        add(surface.body_index, surface.material, {surface.name}, contact_shape(surface.shape, place), {});
       } else {
         auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
           return g.body == surface.body_index && g.material == surface.material;
         });
-        if (group == groups.end()) group = groups.insert(groups.end(), {surface.body_index, surface.material, {}, {}});
+        if (group == groups.end())
+          group = groups.insert(groups.end(), {surface.body_index, surface.material, {}, {}, {}});
         group->meshes.push_back(mesh_of(surface.shape, place));
+        if (surface.cutting) {
+          const auto edges = dem::cutting_edges(group->meshes.back(), *surface.cutting);
+          group->edges.insert(group->edges.end(), edges.begin(), edges.end());
+        }
         group->names.push_back(surface.name);
       }
     } catch (const std::exception& error) {
       throw ScenarioError(loaded.where("machine.surfaces." + surface.name) + ": " + error.what());
     }
   }
-  for (const Group& g : groups) add(g.body, g.material, g.names, dem::MeshSurface(g.meshes));
+  for (const Group& g : groups) add(g.body, g.material, g.names, dem::MeshSurface(g.meshes), g.edges);
 }
 
 void add_given_boundaries(World& world, const Loaded& loaded) {
@@ -100,6 +108,7 @@ void add_given_boundaries(World& world, const Loaded& loaded) {
     out.meets_fixed = b.is_moved();
     try {
       out.shape = contact_shape(b.shape, {});
+      if (b.cutting) out.edges = dem::cutting_edges(mesh_of(b.shape, {}), *b.cutting);
     } catch (const std::exception& error) {
       throw ScenarioError(loaded.where(fmt::format("boundaries[{}]", i)) + ": " + error.what());
     }

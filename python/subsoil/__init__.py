@@ -361,7 +361,7 @@ class Frames(Sequence):
 
     @property
     def broken_bonds(self) -> pd.DataFrame:
-        """Bonds that broke, a row each: time [s], id 1, id 2, x, y, z [m], energy [J], mode `tension` or `shear`."""
+        """Bonds that broke, a row each: time [s], id 1, id 2, x, y, z [m], energy [J], mode `tension`, `shear` or `edge`."""
         names = ["time", "id 1", "id 2", "x", "y", "z", "energy", "mode"]
         if not self._holds("/broken bonds"):
             return pd.DataFrame(columns=names)

@@ -203,7 +203,7 @@ def python_module(case):
     return answer[:3]
 
 
-COUNTS = (".open", ".sticking", ".contacts", ".spheres", "soil.bonds", "soil.bonds broken in tension", "soil.bonds broken in shear", "soil.frozen spheres")
+COUNTS = (".open", ".sticking", ".contacts", ".spheres", "soil.bonds", "soil.bonds broken in tension", "soil.bonds broken in shear", ".broken bonds", ".cut bonds", "soil.frozen spheres")
 
 
 @relation("machine", "soil", "coupled")

@@ -29,6 +29,9 @@ void describe(Fields& v, BoundarySection& b) {
   v.list("moves", b.moves, "given motion; velocities and spins of several stretches add up; left out: fixed");
   v.section("servo", b.servo,
             "presses it onto the spheres until they resist with a load; beside `moves`, of which it shifts the path");
+  v.quantity("cutting edges", b.cutting, "rad", "(0, 3.1]",
+             "edges at which the surface is a wedge of this angle or less: they cut fibres with a `bond cutting "
+             "strength`; left out: none");
   v.vector("reference", b.reference, "m", "point of the reported moment, moves along; left out: its place");
   v.section("wear", b.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }

@@ -34,6 +34,7 @@ struct BoundarySection {
   Rotation rotation;
   std::vector<Move> moves;
   std::optional<ServoSection> servo;
+  std::optional<double> cutting;  // rad, of the wedge: edges that cut fibres
   std::optional<Vec3> reference;  // point of its wrench, carried along; `at` unless given
   std::optional<WearSection> wear;
   bool is_moved() const { return !moves.empty() || servo.has_value(); }

@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "libdem/geometry/cutting_edges.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/scenario/scenario.hpp"
@@ -163,7 +165,80 @@ struct FibreChecks : Checks {
   }
 };
 
+/// Before a bed settles, which may take minutes.
+struct CuttingChecks : Checks {
+  const Scenario& s;
+
+  void cutting() {
+    bool any_edges = false;
+    const auto surface = [&](const std::string& path, const Shape& shape, const std::optional<double>& angle,
+                             bool touches_soil) {
+      if (!angle) return;
+      any_edges = true;
+      edges(path + ".cutting edges", shape, *angle, touches_soil);
+    };
+    for (std::size_t i = 0; i < s.boundaries.size(); ++i)
+      surface(fmt::format("boundaries[{}]", i), s.boundaries[i].shape, s.boundaries[i].cutting, true);
+    if (s.machine)
+      for (const Surface& one : s.machine->surfaces)
+        surface("machine.surfaces." + one.name, one.shape, one.cutting, one.touches_soil);
+    if (!any_edges && places.contains("soil")) strengths();  // a laboratory test has tools of its own
+  }
+
+ private:
+  void edges(const std::string& path, const Shape& shape, double angle, bool touches_soil) {
+    if (!touches_soil) return refuse(path, "of a surface that is drawn only cut nothing; leave one of the two out");
+    if (!s.soil ||
+        std::none_of(s.contacts.begin(), s.contacts.end(), [](const Contact& c) { return is_cut_by_edges(c.law); }))
+      return refuse(path,
+                    "cut nothing: no `bond: fibre` has a `bond cutting strength`; give one, or leave the edges "
+                    "out");
+    if (!problems.empty()) return;  // also of the shape
+    std::visit(
+        [&]<class S>(const S& given) {
+          if constexpr (Triangulated<S>)
+            sharp_enough(path, given, angle);
+          else
+            refuse(path,
+                   "are those of triangles, and a plane or a cylinder has none; leave them out, or take a box, an "
+                   "extruded outline or a mesh");
+        },
+        shape);
+  }
+
+  template <class S>
+  void sharp_enough(const std::string& path, const S& shape, double angle) {
+    dem::TriangleMesh mesh;
+    try {
+      mesh = shape.mesh();
+    } catch (const std::exception&) {
+      return;  // a file that cannot be read is reported where it is used
+    }
+    if (!dem::cutting_edges(mesh, angle).empty()) return;
+    const std::vector<dem::WedgeEdge> all = dem::wedge_edges(mesh);
+    const auto sharpest =
+        std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.angle < b.angle; });
+    constexpr double degree = std::numbers::pi / 180;
+    refuse(path, fmt::format("{:.4g} deg", angle / degree),
+           sharpest == all.end()
+               ? std::string("the shape has no edge; leave it out")
+               : fmt::format("no edge of the shape is as sharp, the sharpest has {:.4g} deg; raise the angle, or leave "
+                             "it out",
+                             sharpest->angle / degree));
+  }
+
+  void strengths() {
+    for (std::size_t i = 0; i < s.contacts.size(); ++i)
+      if (is_cut_by_edges(s.contacts[i].law))
+        refuse(fmt::format("contacts[{}].bond cutting strength", i),
+               "has no effect: no surface has `cutting edges`; give the tool its edges, `cutting edges: 30 deg`, or "
+               "leave the strength out");
+  }
+};
+
 }  // namespace
+
+void check_cutting(Checks& checks, const Scenario& s) { CuttingChecks{checks, s}.cutting(); }
 
 void check_fibres(Checks& checks, const Scenario& s) { FibreChecks{checks, s}.fibres(); }
 

@@ -26,6 +26,8 @@ void describe(Fields& v, FibreSection& f);
 struct Checks;
 struct Scenario;
 void check_fibres(Checks& checks, const Scenario& s);
+/// Edges of tools and the strength of fibres against them: one acts on the other.
+void check_cutting(Checks& checks, const Scenario& s);
 
 /// Spheres in a row.
 int spheres_of(const FibreSection& fibre);

@@ -58,6 +58,9 @@ void describe(Fields& v, Surface& s) {
   v.vector("at", s.at, "m", "where the origin of the shape is put");
   v.section("rotation", s.rotation, "turns the shape about its origin, by `axis` and `angle` or by `turns`");
   v.flag("touches soil", s.touches_soil, "no: it is drawn only");
+  v.quantity("cutting edges", s.cutting, "rad", "(0, 3.1]",
+             "edges at which the surface is a wedge of this angle or less: they cut fibres with a `bond cutting "
+             "strength`; left out: none");
   v.section("wear", s.wear, "keeps pressure, work and wear on each triangle, in frames and in the summary");
 }
 

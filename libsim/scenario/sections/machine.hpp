@@ -79,7 +79,8 @@ struct Surface {
   PlacedIn placed_in = PlacedIn::body;
   Vec3 at{};
   Rotation rotation;
-  bool touches_soil = true;  // no: drawn only
+  bool touches_soil = true;       // no: drawn only
+  std::optional<double> cutting;  // rad, of the wedge: edges that cut fibres
   std::optional<WearSection> wear;
 };
 void describe(Fields& v, Surface& s);

@@ -323,6 +323,30 @@ TEST(FibresOfAScenario, GoWithAMovingBed) {
   EXPECT_EQ(again, whole);
 }
 
+/// A knife and one stalk across a slot: the load grows to sigma_e A and no more. In a row of 1 us it grows by
+/// 300/2 kN/m 0.5 m/s 1 us = 0.08 N at most, 0.3 % of it.
+TEST(FibresOfAScenario, AreCutByAKnife) {
+  const RunDirectory dir;
+  const std::string file = config("straw-cutter"), straw = "soil.bed.fibres.straw.";
+  ASSERT_EQ(run_scenario(file, dir / "one", {straw + "count=1", "output.series every=1 us"}), exit_ok);
+  const Series one = read_series(dir / "one" / "series.csv");
+  const std::vector<double>&cuts = one.at("straw.cut bonds"), &load = one.at("load");
+  const auto row = std::find(cuts.begin(), cuts.end(), 1.0) - cuts.begin();
+  ASSERT_LT(row, static_cast<std::ptrdiff_t>(cuts.size()));
+  const double force = 2.2e6 * M_PI / 4 * 4e-3 * 4e-3, most = *std::max_element(load.begin(), load.begin() + row);
+  std::printf("load of the knife %.2f N at most before the cut; sigma_e A = %.2f N\n", most, force);
+  EXPECT_NEAR(most, force, 3e-3 * force);
+  EXPECT_EQ(most, *std::max_element(load.begin(), load.end())) << "no more after it";
+  EXPECT_EQ(cuts.back(), 1);
+
+  ASSERT_EQ(run_scenario(file, dir / "all"), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "all"), all = summary["fibres"]["straw"]["at the end"];
+  EXPECT_EQ(all["cut by edges"], 8);
+  EXPECT_EQ(all["broken bonds"], 8);
+  EXPECT_EQ(summary["bonds"]["cut by edges"], 8);
+  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 2e-3);
+}
+
 /// In soil of rigid clumps, too.
 TEST(FibresOfAScenario, LieOnClumps) {
   std::string text = pass(kLinear);
@@ -450,6 +474,34 @@ TEST(FibresOfAScenario, RefusesWhatCannotBe) {
   EXPECT_PRED2(holds, refusal({"gravity=0 0 -9.81 m/s^2", "soil.surface=~"}), "there is no surface to lay fibres on");
   EXPECT_PRED2(holds, refusal({"soil.bed.save=bed.h5"}), "whose bonds the file of a bed does not keep");
   EXPECT_PRED2(holds, refusal({"soil.bed.fibres=~"}), "joins the spheres of a fibre");
+}
+
+/// Edges of tools and the strength of fibres against them act on each other only. Each refusal names its line.
+TEST(FibresOfAScenario, RefusesEdgesAndStrengthsWithoutEffect) {
+  const RunDirectory dir;
+  const std::string edges = "cutting edges: 30 deg", strength = "bond cutting strength: 1 MPa";
+  const std::string blade = "shape: {box: 10 120 60 mm}", yield = "bond yield stress: 30 kPa";
+  const auto refusal = [&](const std::string& given, bool has_strength, const std::string& shape = "") {
+    std::string text = pass(kLinear);
+    text.replace(text.find(blade), blade.size(),
+                 (shape.empty() ? blade : shape) + (given.empty() ? "" : ",\n     " + given));
+    if (has_strength) text.replace(text.find(yield), yield.size(), strength);
+    const std::string file = dir.scenario(text), key = has_strength && given.empty() ? strength : given;
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find(key)), '\n');
+    const std::string message = subsoil::test::message_of([&] { run_scenario(file, dir / "out"); });
+    EXPECT_NE(message.find(fmt::format("{}:{}:", file, line)), std::string::npos) << message;
+    return message;
+  };
+  const auto holds = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_PRED2(holds, refusal(edges, false), "no `bond: fibre` has a `bond cutting strength`; give one");
+  EXPECT_PRED2(holds, refusal("", true), "no surface has `cutting edges`; give the tool its edges");
+  EXPECT_PRED2(holds, refusal(edges, true), "the sharpest has 90 deg; raise the angle");
+  EXPECT_PRED2(holds, refusal("cutting edges: 200 deg", true), "must be in (0, 3.1]");
+  EXPECT_PRED2(holds, refusal("cutting edges: 0 deg", true), "must be in (0, 3.1]");
+  EXPECT_PRED2(holds, refusal(edges, true, "shape: {plane: {point: -0.1 0 0 m, normal: 1 0 0}}"),
+               "a plane or a cylinder has none");
+  EXPECT_PRED2(holds, refusal(edges, true, "shape: {cylinder: {radius: 5 mm, length: 60 mm}}"),
+               "a plane or a cylinder has none");
 }
 
 /// Not after a bed has settled for minutes.
