@@ -209,7 +209,7 @@ class Rehearsal {
       RunProgress progress;
       frames_.publish(progress);
       progress.series_bytes = series_.sync();
-      save_run(state_path(scratch_.path, s_.time.end), s_, world_, simulation_, progress);
+      save_run(state_path(scratch_.path, s_.time.end), s_, {}, world_, simulation_, progress);
     }
     frames_.finish();
     constexpr std::size_t summary_bytes = 20000;

@@ -588,6 +588,16 @@ System::Restart System::save() const {
   return out;
 }
 
+void System::set_motion(std::size_t driver, const Motion& motion) {
+  visit(
+      [&](auto& d) {
+        const Motion before = d.motion;
+        d.motion = motion;
+        d.motion.start = before.start, d.motion.start_rate = before.start_rate, d.motion.start_time = before.start_time;
+      },
+      model_.drivers[driver].element);
+}
+
 void System::restore(const Restart& from) {
   const Memory own = memory();
   const Memory& to = from.memory;

@@ -66,6 +66,7 @@ struct Constraints {
 };
 
 class System;
+struct Motion;
 /// Fills phi, gamma, phi_t and jacobian from `sparse`.
 void write_out(const System& system, Constraints& c);
 
@@ -264,6 +265,8 @@ class System {
     }
   };
   Restart save() const;
+  /// Lets a driver move otherwise from now on. What its motion has begun with stays.
+  void set_motion(std::size_t driver, const Motion& motion);
   /// Throws std::invalid_argument for one of another machine.
   void restore(const Restart& from);
 

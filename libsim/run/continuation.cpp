@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "libmbd/elements.hpp"
 #include "libsim/document/document.hpp"
 #include "libsim/scenario/effects.hpp"
 
@@ -61,6 +62,15 @@ bool has_owner(const std::map<std::string, std::string>& values, const std::stri
   return std::any_of(values.begin(), values.end(), [&](const auto& v) { return within(v.first, owner); });
 }
 
+/// What a driver moves, and not how.
+bool is_driven(const std::string& key) {
+  if (!starts(key, "machine.drivers.")) return false;
+  const std::size_t name = key.find('.', std::string("machine.drivers.").size());
+  if (name == std::string::npos) return false;
+  const std::string rest = key.substr(name + 1);
+  return !within(rest, "position") && !within(rest, "velocity") && !within(rest, "acceleration");
+}
+
 Difference::Kind kind_of(const std::string& key) {
   for (const char* head : {"title", "engine", "simd", "time.end", "time.threads", "output", "limits"})
     if (within(key, head)) return Difference::Kind::harmless;
@@ -70,6 +80,7 @@ Difference::Kind kind_of(const std::string& key) {
     if (within(key, head)) return Difference::Kind::impossible;
   if (starts(key, "materials.") && key.size() > 8 && key.substr(key.size() - 8) == ".density")
     return Difference::Kind::impossible;  // spheres have their mass
+  if (is_driven(key)) return Difference::Kind::impossible;
   return Difference::Kind::physics;
 }
 
@@ -141,31 +152,81 @@ void refuse_other_bed(const std::vector<Difference>& found, const std::string& s
   throw ScenarioError(text);
 }
 
-void refuse_jumps(const World& world, double time, const std::string& state) {
-  const auto refuse = [&](const std::string& who, double by, const char* unit) {
-    throw ScenarioError(
-        fmt::format("{}: {} would jump by {:.4g} {}: its motion is a function of time from 0 on, and at {:.6g} "
-                    "s it is elsewhere than the state; give a motion that agrees with it then",
-                    state, who, by, unit, time));
-  };
-  if (world.bed) {
-    for (const coupling::GivenMotion& m : world.motions) {
-      const double dt = world.step.soil_step;
-      const double step = dem::norm(m.pose(time).position - m.pose(time - dt).position);
-      dem::Vec3 gap = m.pose(time).position - world.bed->boundary(m.boundary).pose_before.position;
-      if (m.servo) gap += m.servo->along * -dem::dot(gap, m.servo->along);  // the way of a servo is in the state
-      const double off = dem::norm(gap);
-      if (off > 10 * step + 1e-6) refuse(world.bed->boundary(m.boundary).name, off, "m");
-    }
-  }
+const std::string& begun_by(const SavedRun& saved) { return saved.begun_by.empty() ? saved.scenario : saved.begun_by; }
+
+bool drivers_differ(const std::vector<Difference>& found) {
+  return std::any_of(found.begin(), found.end(), [](const Difference& d) { return within(d.key, "machine.drivers"); });
+}
+
+namespace {
+
+[[noreturn]] void refuse_jump(const std::string& state, const std::string& who, double by, const char* unit,
+                              double time, const char* cause) {
+  throw ScenarioError(
+      fmt::format("{}: {} would jump by {:.4g} {}: {} at {:.6g} s; give a motion that agrees with it "
+                  "then",
+                  state, who, by, unit, cause, time));
+}
+
+bool has_other_motion(const std::vector<Difference>& found, const std::string& driver) {
+  return std::any_of(found.begin(), found.end(),
+                     [&](const Difference& d) { return within(d.key, "machine.drivers." + driver); });
+}
+
+}  // namespace
+
+void continue_drivers(World& world, SavedRun& saved, const std::vector<Difference>& found, const std::string& state) {
   if (!world.machine) return;
+  constexpr double close = 1e-4;
   mbd::System& system = world.machine->system();  // which knows what is open, and where joints have latched
-  const mbd::MotionState& now = world.machine->integrator().state();
+  mbd::Snapshot& s = saved.machine.value();
+  if (static_cast<int>(s.pose.size()) != system.coordinates() || s.velocity.size() != s.pose.size())
+    return;  // of another machine, which restoring refuses
+  const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(s.pose.data(), system.coordinates());
+  const Eigen::VectorXd velocity = Eigen::Map<const Eigen::VectorXd>(s.velocity.data(), system.coordinates());
   mbd::Constraints c;
-  system.set_state(now.t, now.q, now.velocity);
-  system.constraints(c);
-  for (int row = 0; row < system.equations(); ++row)
-    if (std::abs(c.phi[row]) > 1e-4) refuse(system.owner(row), std::abs(c.phi[row]), "m or rad");
+  const auto look = [&] {
+    system.restore(s.elements);
+    system.set_state(s.time, q, velocity);
+    system.constraints(c);
+  };
+  look();
+  for (std::size_t i = 0; i < system.model().drivers.size(); ++i) {
+    const auto& driver = system.model().drivers[i];
+    if (!has_other_motion(found, driver.name)) continue;
+    const int row = system.row_of_driver(i);
+    visit(
+        [&](const auto& d) {  // Phi = what is driven - f(t)
+          if (!d.motion.position.is_set())
+            s.elements.drivers[i] = {c.phi[row] + d.motion.value(s.time), c.jacobian.row(row).dot(velocity), s.time};
+        },
+        driver.element);
+  }
+  look();
+  for (int row = 0; row < system.equations(); ++row) {
+    if (std::abs(c.phi[row]) > close)
+      refuse_jump(state, system.owner(row), std::abs(c.phi[row]), system.angular_row(row) ? "rad" : "m", s.time,
+                  "its motion is elsewhere than the state");
+    const double rate = c.jacobian.row(row).dot(velocity) + c.phi_t[row];
+    if (system.part(row).kind == mbd::PartName::Kind::driver && has_other_motion(found, system.part(row).name) &&
+        std::abs(rate) > close)
+      refuse_jump(state, system.owner(row), std::abs(rate), system.angular_row(row) ? "rad/s" : "m/s", s.time,
+                  "its motion has another velocity than the state");
+  }
+}
+
+void refuse_jumps(const World& world, double time, const std::string& state) {
+  if (!world.bed) return;
+  for (const coupling::GivenMotion& m : world.motions) {
+    const double dt = world.step.soil_step;
+    const double step = dem::norm(m.pose(time).position - m.pose(time - dt).position);
+    dem::Vec3 gap = m.pose(time).position - world.bed->boundary(m.boundary).pose_before.position;
+    if (m.servo) gap += m.servo->along * -dem::dot(gap, m.servo->along);  // the way of a servo is in the state
+    const double off = dem::norm(gap);
+    if (off > 10 * step + 1e-6)
+      refuse_jump(state, world.bed->boundary(m.boundary).name, off, "m", time,
+                  "its motion is a function of time from 0 on, and elsewhere than the state");
+  }
 }
 
 }  // namespace subsoil::sim

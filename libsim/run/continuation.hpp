@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "libsim/run/restart.hpp"
 #include "libsim/setup/world.hpp"
 
 /// Whether a run may continue from a state: how the scenario differs from the one that the state was written by.
@@ -29,8 +30,18 @@ void refuse_changes(const std::vector<Difference>& found, const std::vector<std:
 /// step and laws may differ.
 void refuse_other_bed(const std::vector<Difference>& found, const std::string& state);
 
-/// Throws ScenarioError when a driver or a given path stands elsewhere at the state's time than the state does: it
-/// would jump. `world` is restored.
+/// The explicit text of the scenario whose drivers began the run of the state.
+const std::string& begun_by(const SavedRun& saved);
+
+bool drivers_differ(const std::vector<Difference>& found);
+
+/// Lets drivers that have another rate than the state was written with continue from the pose and the velocity there.
+/// Throws ScenarioError where the machine of the scenario would jump in pose or velocity. `world` is not restored yet:
+/// restoring closes constraints, whatever is open.
+void continue_drivers(World& world, SavedRun& saved, const std::vector<Difference>& found, const std::string& state);
+
+/// Throws ScenarioError when a given path stands elsewhere at the state's time than the state does: it would jump.
+/// `world` is restored.
 void refuse_jumps(const World& world, double time, const std::string& state);
 
 }  // namespace subsoil::sim

@@ -161,6 +161,7 @@ void write_run(const std::filesystem::path& path, const SavedRun& saved) {
   StateWriter out(path);
   out.put_format(kStateFormat);
   out.put_text("scenario", saved.scenario);
+  if (!saved.begun_by.empty()) out.put_text("begun by", saved.begun_by);
   out.put("time", saved.time);
   if (saved.has_bed) {
     put_bed_state(out, saved.bed);
@@ -182,10 +183,11 @@ void write_run(const std::filesystem::path& path, const SavedRun& saved) {
   out.commit();
 }
 
-void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
-              const coupling::Simulation& simulation, const RunProgress& progress) {
+void save_run(const std::filesystem::path& path, const Scenario& scenario, const std::string& begun_by,
+              const World& world, const coupling::Simulation& simulation, const RunProgress& progress) {
   SavedRun saved = take_state(world, simulation);
   saved.scenario = write_scenario(scenario);
+  if (begun_by != saved.scenario) saved.begun_by = begun_by;
   saved.progress = progress;
   write_run(path, saved);
 }
@@ -271,7 +273,7 @@ namespace {
 
 SavedRun run_in(const StateReader& in) {
   in.require_format(kStateFormat, {"bed/", "moving/", "inlets/", "soil/", "instruction set", "version", "machine/",
-                                   "coupling/", "scenario", "time", "run/"});
+                                   "coupling/", "scenario", "begun by", "time", "run/"});
   SavedRun saved;
   saved.version = in.text("version");
   if (in.has("run/progress")) {
@@ -279,6 +281,7 @@ SavedRun run_in(const StateReader& in) {
     saved.exact = saved.progress->exact;
   }
   if (in.has("scenario")) saved.scenario = in.text("scenario"), saved.time = in.value<double>("time");
+  if (in.has("begun by")) saved.begun_by = in.text("begun by");
   saved.has_bed = in.has("bed/parts");
   if (saved.has_bed) {
     saved.bed = bed_state_of(in);

@@ -35,6 +35,7 @@ struct SavedRun {
   double container_shift = 0;
   double time = 0;       ///< s
   std::string scenario;  ///< explicit text of the one that wrote it; empty: of a version that did not keep it
+  std::string begun_by;  ///< text of the one whose drivers began the run; empty: the same
   bool has_bed = false;
   double soil_step = 0;         ///< s; 0 without a bed
   std::string version, kernel;  ///< of the program, and its instruction set
@@ -49,8 +50,8 @@ SavedRun take_state(const World& world, const coupling::Simulation& simulation,
 
 /// Writes a state, complete or not at all. Throws DiskFault.
 void write_run(const std::filesystem::path& path, const SavedRun& saved);
-void save_run(const std::filesystem::path& path, const Scenario& scenario, const World& world,
-              const coupling::Simulation& simulation, const RunProgress& progress);
+void save_run(const std::filesystem::path& path, const Scenario& scenario, const std::string& begun_by,
+              const World& world, const coupling::Simulation& simulation, const RunProgress& progress);
 
 /// A file that is no state, a damaged one, or one of another format; what() begins with its name.
 struct StateFault : std::runtime_error {

@@ -44,7 +44,7 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, Stepper& stepp
       physics_(output_),
       start_time_(simulation_.time()),
       steps_(stepper.steps()) {
-  if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string());
+  if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string()), begun_by_ = begun_by(*saved);
   output_.crossings = std::make_unique<Crossings>(loaded_, output_.columns);
   // A run shorter than a step has an end of its own.
   output_.close = std::max(std::min(stepper_.close(), 1e-3 * s_.time.end), 1e-15 * s_.time.end);
@@ -147,7 +147,7 @@ void RunLoop::save(const std::filesystem::path& path) {
   progress.series_bytes = output_.series->sync();
   require_space(path, state_bytes_ + state_bytes_ / 8);
   progress.exact = stepper_.is_restorable();
-  save_run(path, s_, world_, simulation_, progress);
+  save_run(path, s_, begun_by_, world_, simulation_, progress);
   std::error_code unknown;
   const auto bytes = std::filesystem::file_size(path, unknown);
   if (!unknown) state_bytes_ = std::max<std::uint64_t>(state_bytes_, bytes);

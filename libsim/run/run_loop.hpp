@@ -100,6 +100,7 @@ class RunLoop : private StepObserver {
   const Scenario& s_;
   RunRequest request_;
   FolderLock& lock_;
+  std::string begun_by_;                ///< scenario whose drivers began the run
   const RunProgress* go_on_ = nullptr;  ///< what stands in the folder, to append to; null: from the start
   Stepper& stepper_;
   World& world_;

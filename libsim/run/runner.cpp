@@ -73,10 +73,10 @@ void report_soil(const World& world) {
 }
 
 /// What the scenario says otherwise than the one that wrote the state: listed, and refused where it must be.
-void look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunRequest& request) {
+std::vector<Difference> look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunRequest& request) {
   if (saved.scenario.empty()) {
     spdlog::warn("warning: {} does not name the scenario that wrote it: nothing was compared", request.from.string());
-    return;
+    return {};
   }
   const std::vector<Difference> found = differences(saved.scenario, write_scenario(loaded.scenario));
   refuse_changes(found, request.changes, request.from.string());
@@ -85,6 +85,7 @@ void look_at_changes(const SavedRun& saved, const Loaded& loaded, const RunReque
                                     loaded.where("time.end"), loaded.scenario.time.end, saved.time));
   for (const Difference& d : found)
     if (d.kind != Difference::Kind::harmless) spdlog::info("changed: {} from {} to {}", d.key, d.before, d.now);
+  return found;
 }
 
 /// Throws ScenarioError for a file that is no state, or a damaged one.
@@ -170,20 +171,27 @@ void begin_changed(const Scenario& s, World& world) {
 }
 
 /// The run as asked for, in a folder that is locked.
-int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<SavedRun>& saved, bool goes_on,
-               FolderLock& lock, const std::optional<SavedSettling>& settling_from = std::nullopt) {
+int run_locked(const RunRequest& request, Loaded& loaded, std::optional<SavedRun>& saved, bool goes_on,
+               const std::vector<Difference>& found, FolderLock& lock,
+               const std::optional<SavedSettling>& settling_from = std::nullopt) {
   BuildOptions options;
   options.threads = use_threads(loaded, request.threads);
   options.place_soil = !saved;
   if (saved) options.restored = spheres_of(*saved);
   if (saved && saved->moving) options.moving = saved->moving.get();
+  std::optional<Scenario> begun;
+  if (saved && !begun_by(*saved).empty() &&
+      drivers_differ(differences(begun_by(*saved), write_scenario(loaded.scenario)))) {
+    begun = load_scenario_text(begun_by(*saved), request.from.string()).scenario;
+    options.machine_start = {.begun_by = &*begun, .time = saved->time};
+  }
   LiveLine settling;
   const SignalGuard guard;  // from here on a signal ends in an orderly way, also while the bed settles
-  bool begun = false;
+  bool writes_settling = false;
   options.progress = [&, first = true](double time, double rms) mutable {
     // What `resume` begins again where a run is killed before it keeps its settling. A folder with results has its own.
     if (first && !std::filesystem::exists(request.out / "series.csv"))
-      write_atomically(request.out / "scenario.yaml", write_scenario(loaded.scenario)), begun = true;
+      write_atomically(request.out / "scenario.yaml", write_scenario(loaded.scenario)), writes_settling = true;
     if (std::exchange(first, false) || settling.due())
       settling.show(fmt::format("settling: {:.3f} s, rms speed {:.2g} m/s", time, rms));
     return caught_signal() == 0;
@@ -199,11 +207,12 @@ int run_locked(const RunRequest& request, Loaded& loaded, const std::optional<Sa
     try {
       return build_world(loaded, options);
     } catch (const ScenarioError&) {  // a refusal leaves nothing
-      if (begun) SettlingCheckpoint::remove(request.out), std::filesystem::remove(request.out / "scenario.yaml");
+      if (writes_settling)
+        SettlingCheckpoint::remove(request.out), std::filesystem::remove(request.out / "scenario.yaml");
       throw;
     }
   }();
-  if (saved) keep_step(world, loaded, *saved, request);
+  if (saved) keep_step(world, loaded, *saved, request), continue_drivers(world, *saved, found, request.from.string());
   settling.close();
   if (!saved) report_soil(world);
   say_dense_frames(loaded, world);
@@ -274,13 +283,14 @@ int run(const RunRequest& given) {
   FolderLock lock(request.out);
   if (!loaded.scenario.runs_in_time()) return run_analysis(loaded, request);
   std::optional<SavedRun> saved;
+  std::vector<Difference> found;
   if (!request.from.empty()) {
     saved = read_state(request.from);
     refuse_other(*saved, loaded.scenario, request.from);
-    look_at_changes(*saved, loaded, request);
+    found = look_at_changes(*saved, loaded, request);
   }
   SettlingCheckpoint::remove(request.out);
-  return run_locked(request, loaded, saved, false, lock);
+  return run_locked(request, loaded, saved, false, found, lock);
 }
 
 int resume(const std::filesystem::path& folder, const RunRequest& given) {
@@ -305,16 +315,16 @@ int resume(const std::filesystem::path& folder, const RunRequest& given) {
   if (loaded.scenario.has_bed()) saved = latest_whole_state(folder, loaded.scenario.time.end, request.from);
   if (saved) {
     refuse_other(*saved, loaded.scenario, request.from);
-    look_at_changes(*saved, loaded, request);
+    const std::vector<Difference> found = look_at_changes(*saved, loaded, request);
     spdlog::info("going on from {} at {:.6g} s", request.from.filename().string(), saved->time);
-    return run_locked(request, loaded, saved, true, lock);
+    return run_locked(request, loaded, saved, true, found, lock);
   }
   const std::optional<SavedSettling> settling = SettlingCheckpoint(folder, write_scenario(loaded.scenario)).read();
   if (settling)
     spdlog::info("going on from settling.h5, a bed on its way to rest");
   else
     spdlog::info("no state to continue from in {}: from the start", folder.string());
-  return run_locked(request, loaded, saved, false, lock, settling);
+  return run_locked(request, loaded, saved, false, {}, lock, settling);
 }
 
 }  // namespace subsoil::sim

@@ -155,15 +155,17 @@ double longest_machine_step(const Scenario& s, const mbd::Model& model) {
 namespace {
 
 // A driver of a distance has no direction where the distance is 0. Its motion is known ahead, from the start pose.
-void refuse_vanishing_distances(const Loaded& loaded, const mbd::Model& model) {
+void refuse_vanishing_distances(const Loaded& loaded, const mbd::Model& model, const MachineStart& start) {
   constexpr int samples = 10000;  // a dip between two of them ends the run where it is met
   const Scenario& s = loaded.scenario;
   if (!s.runs_in_time()) return;
   for (const auto& driver : model.drivers) {
     const auto* const distance = driver.element.get_if<mbd::DistanceDriver>();
-    if (distance == nullptr) continue;
+    // Behind a state, a rate may be another one, which begins at the length there.
+    if (distance == nullptr || (start.begun_by != nullptr && !distance->motion.position.is_set())) continue;
+    const double from = std::max(model.start_time, start.time);
     for (int k = 1; k <= samples; ++k) {
-      const double t = model.start_time + (s.time.end - model.start_time) * k / samples;
+      const double t = from + (s.time.end - from) * k / samples;
       if (distance->motion.value(t) > 0) continue;
       throw ScenarioError(fmt::format(
           "{}: its motion brings the distance to 0 by t = {:.6g} s, where it has no direction; must stay above 0 until "
@@ -227,16 +229,17 @@ bool has_pole(const mbd::Function& f, const mbd::Jump& jump, double length) {
 }
 
 /// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump.
-void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
+void refuse_jumps(const Loaded& loaded, const mbd::Model& model, const MachineStart& start) {
   const Scenario& s = loaded.scenario;
   if (!s.runs_in_time()) return;
+  const double from = std::max(model.start_time, start.time), until = s.time.end;
   const auto refuse = [&](const std::string& path, const mbd::Function& f, const mbd::Jump& jump,
                           const std::string& unit) {
-    const bool starts = jump.time - model.start_time < 1e-6;
+    const bool starts = jump.time - from < 1e-6;
     const std::string size =
         fmt::format("jumps by {:.4g} {} at t = {:.6g} s, from {:.4g} to {:.4g} {}", std::abs(jump.after - jump.before),
                     unit, jump.time, jump.before, jump.after, unit);
-    if (has_pole(f, jump, s.time.end - model.start_time))
+    if (has_pole(f, jump, until - from))
       throw ScenarioError(
           fmt::format("{}: grows without limit near t = {:.4g} s; take a function that is finite until "
                       "time.end = {:.6g} s, or end the run before",
@@ -260,7 +263,6 @@ void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
     visit(
         [&]<class Driver>(const Driver& d) {
           const std::string path = "machine.drivers." + driver.name, unit = d.angular() ? "rad" : "m";
-          const double from = model.start_time, until = s.time.end;
           // Kinematics asks for poses, which have corners; a corner costs no force there.
           const bool poses_alone = s.analysis == Analysis::kinematics;
           const mbd::Smooth wanted = poses_alone ? mbd::Smooth::value : mbd::Smooth::value_and_rate;
@@ -273,9 +275,25 @@ void refuse_jumps(const Loaded& loaded, const mbd::Model& model) {
         driver.element);
 }
 
+/// Lets drivers move as the scenario that began the run says, so that the start pose is that of the state's run;
+/// returns their own motions.
+std::vector<mbd::Motion> take_motions(mbd::Model& model, const MachineSection& begun_by) {
+  std::vector<mbd::Motion> own;
+  for (auto& driver : model.drivers)
+    visit(
+        [&]<class Driver>(Driver& d) {
+          own.push_back(d.motion);
+          for (const NamedDriver& before : begun_by.drivers)
+            if (const auto* const same = before.element.get_if<Driver>(); before.name == driver.name && same != nullptr)
+              d.motion = same->motion;
+        },
+        driver.element);
+  return own;
+}
+
 }  // namespace
 
-std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
+std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded, const MachineStart& start) {
   const Scenario& s = loaded.scenario;
   if (!s.machine) return nullptr;
   mbd::Model model;
@@ -310,16 +328,21 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded) {
   options.locate_events = time.locate_events;
   options.assemble = s.machine->assemble;
   extend_motions(s, model);
+  std::vector<mbd::Motion> motions;
+  const bool continues = start.begun_by != nullptr && start.begun_by->machine;
+  if (continues) motions = take_motions(model, *start.begun_by->machine);
   options.hold_start = s.runs_in_time();  // the other analyses are there to find a pose
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
     add_measures(*machine, loaded);
-    refuse_jumps(loaded, machine->system().model());
+    if (!continues) refuse_jumps(loaded, machine->system().model(), start);
     if (starts_in_equilibrium(s))
       machine->start_from_towing_equilibrium(s.machine->start.speed);
     else
       machine->start_from_pose();
-    refuse_vanishing_distances(loaded, machine->system().model());
+    for (std::size_t i = 0; i < motions.size(); ++i) machine->system().set_motion(i, motions[i]);
+    if (continues) refuse_jumps(loaded, machine->system().model(), start);
+    refuse_vanishing_distances(loaded, machine->system().model(), start);
     return machine;
   } catch (const ScenarioError&) {
     throw;

@@ -6,9 +6,15 @@
 
 namespace subsoil::sim {
 
+/// What a run from a state has to know of the start that the state goes back to.
+struct MachineStart {
+  const Scenario* begun_by = nullptr;  ///< its drivers hold the machine at the start; null: those of the scenario itself
+  double time = 0;                     ///< of the state, s; drivers of the scenario act from there on
+};
+
 /// The machine of a scenario at its start: assembled from the given pose, or in the steady towing equilibrium. Null
 /// when the scenario has none. Throws ScenarioError (place added) for what libmbd refuses.
-std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded);
+std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded, const MachineStart& start = {});
 
 /// The integrator that the scenario asks for. `auto`: cvode, which chooses its steps by their error, for a machine
 /// alone; adams-moulton where the step is given, be it by the soil or by the user.

@@ -449,7 +449,7 @@ void use_soil_step(World& world, const Scenario& s, double step) {
 World build_world(const Loaded& loaded, const BuildOptions& options) {
   const Scenario& s = loaded.scenario;
   World world;
-  world.machine = build_machine(loaded);
+  world.machine = build_machine(loaded, options.machine_start);
   if (s.soil || !s.boundaries.empty()) {
     world.laws = build_laws(loaded);
     dem::BedOptions bed;

@@ -15,6 +15,7 @@
 #include "libsim/setup/fibre_facts.hpp"
 #include "libsim/setup/fibres.hpp"
 #include "libsim/setup/inlets.hpp"
+#include "libsim/setup/machine.hpp"
 
 namespace subsoil::dem {
 class MovingBed;
@@ -136,6 +137,7 @@ struct BuildOptions {
   std::function<void(const dem::SettleState&, const dem::Bed&)> keep_settling{};
   const dem::MovingBed* moving = nullptr;      ///< of a restart
   const dem::SettleState* settling = nullptr;  ///< of a settling bed, to continue from
+  MachineStart machine_start{};
 };
 
 World build_world(const Loaded& loaded, const BuildOptions& options);

@@ -188,5 +188,94 @@ output: {state every: 0.2 s, series every: 10 ms, every: 0.1 s}
 )");
 }
 
+/// A cart that a driver moves for 1 s, and another function of the driver from the state there on. The spring's free
+/// length is that of the start pose, which the first function decides: 5 m.
+class DriverChange : public testing::Test {
+ protected:
+  static std::string cart(const std::string& motion) {
+    return "subsoil: 1\ngravity: 0 m/s^2\nmachine:\n"
+           "  bodies: {a: {mass: 5 kg, inertia: 1 kg m^2, at: 0.1 0 m, pose is: about, velocity is: about}}\n"
+           "  joints: {g: {translational: [ground, a], at: 0 0 m, along: 1 0}}\n"
+           "  drivers: {d: {coordinate: a.x, " +
+           motion +
+           "}}\n"
+           "  forces: {s: {spring-damper: [a, ground], ends: [0.1 0 m, 5 0 m], stiffness: 100 N/m}}\n"
+           "time: {end: 1 s}\noutput: {series every: 10 ms}\n";
+  }
+  void start(const std::string& motion) {
+    scenario_ = dir_.scenario(cart(motion));
+    ASSERT_EQ(run_scenario(scenario_, dir_ / "first"), exit_ok);
+    state_ = latest_state(dir_ / "first").value();
+  }
+  int change(const std::string& key, const std::string& to, const std::string& integrator) {
+    std::filesystem::remove_all(dir_ / "on");
+    return run(
+        {.scenario = scenario_,
+         .out = dir_ / "on",
+         .sets = {"time.end=2 s", "time.machine.integrator=" + integrator, "machine.drivers.d." + key + "=" + to},
+         .threads = 1,
+         .changes = {"machine.drivers.d." + key, "time.machine"},
+         .from = state_});
+  }
+  std::string refusal(const std::string& key, const std::string& to) {
+    try {
+      return fmt::format("exit {}", change(key, to, "ida"));
+    } catch (const ScenarioError& error) {
+      return error.what();
+    }
+  }
+  double at(const std::string& column, bool first) const {
+    const std::vector<double> values = read_series(dir_ / "on" / "series.csv").at(column);
+    return first ? values.front() : values.back();
+  }
+  RunDirectory dir_;
+  std::string scenario_;
+  std::filesystem::path state_;
+};
+
+constexpr double sin_1 = 0.8414709848078965, cos_1 = 0.5403023058681398;
+
+TEST_F(DriverChange, AVelocityContinuesFromThePoseOfTheState) {
+  start("velocity: {expression: \"sin(t)\", unit: m/s}");
+  for (const char* integrator : {"ida", "adams-moulton"}) {
+    const std::string to = "{expression: \"sin(1)+2*(t-1)\", unit: m/s}";
+    ASSERT_EQ(change("velocity", to, integrator), exit_ok);
+    EXPECT_NEAR(at("a.x", true), 0.1 + 1 - cos_1, 1e-9);
+    EXPECT_NEAR(at("a.x", false), 0.1 + 1 - cos_1 + sin_1 + 1, 1e-9);  // the integrals of both, one after the other
+  }
+}
+
+TEST_F(DriverChange, AnAccelerationContinuesFromPoseAndVelocity) {
+  start("acceleration: {expression: \"2*cos(t)\", unit: m/s^2}");
+  ASSERT_EQ(change("acceleration", "1 m/s^2", "ida"), exit_ok);
+  EXPECT_NEAR(at("a.vx", true), 2 * sin_1, 1e-9);
+  EXPECT_NEAR(at("a.x", false), 0.1 + 2 - 2 * cos_1 + 2 * sin_1 + 0.5, 1e-9);
+}
+
+TEST_F(DriverChange, APositionHasToAgreeAtTheStateAlone) {
+  start("position: {expression: \"0.5*t^2\", unit: m}");
+  const std::string to = "{expression: \"t-0.5\", unit: m}";
+  ASSERT_EQ(change("position", to, "ida"), exit_ok);
+  EXPECT_NEAR(at("a.x", false), 1.5, 1e-9);
+  EXPECT_NEAR(at("s.force", false), 100 * (5 - 3.5), 1e-6) << "the start pose is that of the run that wrote the state";
+  // The state of the changed run goes back to the same start.
+  const std::filesystem::path again = latest_state(dir_ / "on").value();
+  const std::vector<std::string> sets{"time.end=3 s", "time.machine.integrator=ida",
+                                      "machine.drivers.d.position=" + to};
+  ASSERT_EQ(run_scenario(scenario_, dir_ / "again", sets, again), exit_ok);
+  EXPECT_NEAR(read_series(dir_ / "again" / "series.csv").at("s.force").back(), 100 * (5 - 2.5), 1e-6);
+}
+
+TEST_F(DriverChange, AJumpIsRefusedWithItsSize) {
+  start("position: {expression: \"0.5*t^2\", unit: m}");
+  const std::string place = refusal("position", "{expression: \"t-0.4\", unit: m}");
+  EXPECT_NE(place.find("driver 'd' would jump by 0.1 m: its motion is elsewhere than the state at 1 s"),
+            std::string::npos)
+      << place;
+  const std::string speed = refusal("position", "{expression: \"0.5+0*t\", unit: m}");
+  EXPECT_NE(speed.find("driver 'd' would jump by 1 m/s: its motion has another velocity"), std::string::npos) << speed;
+  EXPECT_NE(refusal("coordinate", "a.y").find("the state holds what was made of it"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_continue
