@@ -43,7 +43,10 @@ struct Mode {
   /// Of all coordinates, dependent ones too; the maximum entry (angles times the machine's length) is 1 m or rad and
   /// real. Empty for a coordinate that nothing holds.
   Eigen::VectorXcd shape;
-  bool is_zero() const { return frequency == 0 && rate == 0; }
+  /// A force jumps at the very state, or is infinitely steep there, and this eigenvalue hangs on its slope: nothing is
+  /// known of it but its shape.
+  bool undetermined = false;
+  bool is_zero() const { return frequency == 0 && rate == 0 && !undetermined; }
 };
 
 /// Small oscillations about a steady state: eigenvalues of the equations of motion in the independent coordinates,
@@ -54,12 +57,14 @@ struct Mode {
 std::vector<Mode> modes(System& system, double t, const Equilibrium& at);
 
 /// What the eigenvalues tell about a steady state: unstable when one has a positive real part; else neutral when one is
-/// zero (a free wheel: it stays wherever it is put); else stable, damped or not.
-enum class Stability { stable, neutral, unstable };
+/// zero (a free wheel: it stays wherever it is put); else stable, damped or not. An undetermined one beside none that
+/// is unstable leaves it open.
+enum class Stability { stable, neutral, unstable, undetermined };
 struct StabilityReport {
   Stability kind = Stability::stable;
   int unstable = 0;  ///< eigenvalues with a positive real part, both of a pair counted
   int neutral = 0;   ///< coordinates with zero eigenvalues
+  int undetermined = 0;
 };
 StabilityReport stability(const std::vector<Mode>& modes);
 

@@ -156,6 +156,36 @@ Eigen::Index rank_of(const MatrixXd& z) {
   return (pivots(z).array() > 1e-4).count();
 }
 
+/// Entries whose error is a share of themselves, and of the largest: differences of a function that jumps at 0, or has
+/// no finite slope there, grow as their steps shrink.
+MatrixXd undetermined_part(const MatrixXd& a, const MatrixXd& error) {
+  constexpr double share = 1e-3, of_largest = 1e-5;
+  const double floor = of_largest * a.cwiseAbs().maxCoeff();
+  return (error.array() > share * a.array().abs() && error.array() > floor).select(error, 0);
+}
+
+/// Coordinates of which no place and no state of an element changes the balance of forces: combinations y of the rows
+/// of v'' with y^T dv''/d(v, x) = 0. Rows and columns are scaled, so that masses and units have no say.
+Eigen::Index without_restoring_force(const Linearisation& linear) {
+  constexpr double certain = 10, noise = 1e-9;
+  const auto f = linear.freedom(), s = linear.matrix().rows() - 2 * f;
+  const auto part = [&](Eigen::Index column, Eigen::Index count) {
+    const MatrixXd a = linear.matrix().block(f, column, f, count), error = linear.error().block(f, column, f, count);
+    const double floor = count > 0 ? noise * a.cwiseAbs().maxCoeff() : 0;
+    return MatrixXd((a.array().abs() > (certain * error.array()).max(floor)).select(a, 0));
+  };
+  MatrixXd b(f, f + s);
+  b << part(0, f), part(2 * f, s);
+  const auto scale = [](auto line) {
+    const double largest = line.cwiseAbs().maxCoeff();
+    if (largest > 0) line /= largest;
+  };
+  for (Eigen::Index i = 0; i < f; ++i) scale(b.row(i));
+  for (Eigen::Index j = 0; j < b.cols(); ++j) scale(b.col(j));
+  for (Eigen::Index i = 0; i < f; ++i) scale(b.row(i));
+  return f - rank_of(b);
+}
+
 }  // namespace
 
 std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
@@ -167,6 +197,7 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   const auto balanced = [&](const MatrixXd& m) { return MatrixXd(d.cwiseInverse().asDiagonal() * m * d.asDiagonal()); };
   const MatrixXd a = balanced(linear.matrix());
   MatrixXd error = balanced(linear.error());
+  const MatrixXd undetermined = undetermined_part(a, error);
   // Rounding of the eigenvalue problem: a small multiple of eps |A|.
   error.array() += 4 * std::numeric_limits<double>::epsilon() * a.norm();
   const auto [values, right] = eigenvectors(a + split_zeros(a));
@@ -177,11 +208,16 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     const auto s = values[i];
     // First order: |ds| <= |y|^T E |x| with y^T x = 1. Of a zero pair that rounding has split it is of its own size.
     const double off = left.row(i).cwiseAbs() * error * right.col(i).cwiseAbs();
-    if (std::abs(s) <= certain * off || s == 0.0) {
+    const Eigen::VectorXcd p = d.head(f).asDiagonal() * right.col(i).head(f);
+    const Eigen::VectorXcd shape = linear.directions().cast<std::complex<double>>() * p;
+    // Without what is not determined it would be no zero, within the errors that are left.
+    const double known = off - left.row(i).cwiseAbs() * undetermined * right.col(i).cwiseAbs();
+    if (std::abs(s) <= certain * off && std::abs(s) > certain * known) {
+      if (s.imag() < 0) continue;
+      found.push_back({.error = off, .shape = linear.normal(shape), .undetermined = true});
+    } else if (std::abs(s) <= certain * off || s == 0.0) {
       zeros.push_back(i);
     } else if (s.imag() >= 0) {
-      const Eigen::VectorXcd p = d.head(f).asDiagonal() * right.col(i).head(f);
-      const Eigen::VectorXcd shape = linear.directions().cast<std::complex<double>>() * p;
       // A real part within its own error is that of an undamped oscillation.
       const double rate = std::abs(s.real()) <= off && s.imag() > 0 ? 0 : s.real();
       found.push_back({s.imag() / (2 * std::numbers::pi), 0.0 - rate / std::abs(s), rate, off, linear.normal(shape)});
@@ -195,8 +231,10 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     kept.col(2 * static_cast<Eigen::Index>(k)) = y.real(), kept.col(2 * static_cast<Eigen::Index>(k) + 1) = y.imag();
   }
   kept = rows_of_unit_size(std::move(kept));
-  const auto free = rank_of(kept) - rank_of(kept.bottomRows(a.rows() - 2 * f));
-  found.insert(found.begin(), static_cast<std::size_t>(std::max<Eigen::Index>(free, 0)), Mode{});
+  const auto without_states = rank_of(kept) - rank_of(kept.bottomRows(a.rows() - 2 * f));
+  // Zeros of several states mix, and a small share of one may look like none: what has a restoring force is held.
+  const auto free = without_states > 0 ? std::min(without_states, without_restoring_force(linear)) : 0;
+  found.insert(found.begin(), static_cast<std::size_t>(free), Mode{});
   // Those that do not swing the slowest first, and not as the eigenvalue problem has found them.
   std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) {
     return std::pair(x.frequency, std::abs(x.rate)) < std::pair(y.frequency, std::abs(y.rate));
@@ -208,10 +246,14 @@ StabilityReport stability(const std::vector<Mode>& modes) {
   StabilityReport report;
   for (const Mode& m : modes) {
     if (m.is_zero()) ++report.neutral;
+    if (m.undetermined) ++report.undetermined;
     // An undamped oscillation has a real part of rounding, of either sign.
     if (m.damping < -1e-7 && m.rate > 2 * m.error) report.unstable += m.frequency > 0 ? 2 : 1;
   }
-  report.kind = report.unstable ? Stability::unstable : report.neutral ? Stability::neutral : Stability::stable;
+  report.kind = report.unstable       ? Stability::unstable
+                : report.undetermined ? Stability::undetermined
+                : report.neutral      ? Stability::neutral
+                                      : Stability::stable;
   return report;
 }
 

@@ -22,6 +22,7 @@
 #include "libsim/io/series.hpp"
 #include "libsim/io/series_writer.hpp"
 #include "libsim/run/columns.hpp"
+#include "libsim/run/force_jumps.hpp"
 #include "libsim/run/frames.hpp"
 #include "libsim/setup/world.hpp"
 
@@ -81,6 +82,8 @@ const char* word_of(mbd::Stability stability) {
       return "neutral";
     case mbd::Stability::unstable:
       return "unstable";
+    case mbd::Stability::undetermined:
+      return "undetermined";
   }
   return "";
 }
@@ -91,7 +94,8 @@ Json equilibrium_json(const mbd::Machine& machine, double speed, const mbd::Stab
            {"iterations", machine.equilibrium()->iterations},
            {"stability", word_of(stability.kind)},
            {"unstable eigenvalues", stability.unstable},
-           {"coordinates that nothing holds", stability.neutral}};
+           {"coordinates that nothing holds", stability.neutral},
+           {"undetermined eigenvalues", stability.undetermined}};
   for (const auto& b : machine.system().model().bodies) {
     const mbd::BodyState& now = machine.body(machine.system().body_index(b.name));
     out["pose"][b.name] = {{"x [m]", now.r.x}, {"y [m]", now.r.y}, {"angle [rad]", now.angle}};
@@ -100,8 +104,10 @@ Json equilibrium_json(const mbd::Machine& machine, double speed, const mbd::Stab
 }
 
 void print_equilibrium(const Json& json) {
-  fmt::print("equilibrium: {}, {} unstable eigenvalues, {} coordinates that nothing holds; {:.1e} N unbalanced\n",
+  const int undetermined = json["undetermined eigenvalues"].get<int>();
+  fmt::print("equilibrium: {}, {} unstable eigenvalues, {}{} coordinates that nothing holds; {:.1e} N unbalanced\n",
              json["stability"].get<std::string>(), json["unstable eigenvalues"].get<int>(),
+             undetermined > 0 ? fmt::format("{} undetermined ones, ", undetermined) : std::string(),
              json["coordinates that nothing holds"].get<int>(), json["residual [N]"].get<double>());
   for (const auto& [body, pose] : json["pose"].items())
     fmt::print("  {:<20} {:14.9g} m {:14.9g} m {:14.9g} rad\n", body, pose["x [m]"].get<double>(),
@@ -126,7 +132,9 @@ void print_modes(const std::vector<mbd::Mode>& modes) {
   fmt::print("{:>5} {:>16} {:>14} {:>16}\n", "mode", "frequency [Hz]", "damping ratio", "real part [1/s]");
   for (std::size_t i = 0; i < modes.size(); ++i)
     fmt::print("{:>5} {:>16.9g} {:>14.6g} {:>16.9g}{}\n", i + 1, modes[i].frequency, modes[i].damping, modes[i].rate,
-               modes[i].is_zero() ? "  nothing holds it" : "");
+               modes[i].is_zero()      ? "  nothing holds it"
+               : modes[i].undetermined ? "  not determined"
+                                       : "");
 }
 
 void write_modes(const std::filesystem::path& path, const mbd::System& system, const std::vector<mbd::Mode>& modes) {
@@ -221,10 +229,21 @@ void warn_of_far_pose(const Scenario& s, const mbd::Machine& machine) {
       most, system.body_name(static_cast<int>(at / 3) + 1));
 }
 
-/// Modes whose derivatives are not determined: a law has a corner at the state itself.
-void warn_of_uncertain(const std::vector<mbd::Mode>& modes) {
+/// Modes whose derivatives are not determined: a law has a corner at the state itself, or none.
+void warn_of_uncertain(const mbd::Machine& machine, const std::vector<mbd::Mode>& modes) {
   constexpr double share = 1e-3;
   for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (modes[i].undetermined) {
+      const mbd::Equilibrium& at = *machine.equilibrium();
+      const std::vector<std::string> names =
+          jumping(machine.system(), machine.time(), {at.q, at.velocity, at.lambda}, modes[i].shape.real());
+      const bool many = names.size() > 1;
+      spdlog::warn("warning: mode {} is not determined: at the very state that was found {} or {} infinitely steep: {}",
+                   i + 1,
+                   names.empty() ? "a force jumps" : fmt::format("{} jump{}", fmt::join(names, ", "), many ? "" : "s"),
+                   many ? "are" : "is", smooth_force);
+      continue;
+    }
     const double size = std::hypot(2 * std::numbers::pi * modes[i].frequency, modes[i].rate);
     if (modes[i].error <= share * size) continue;
     spdlog::warn(
@@ -321,7 +340,7 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
     summary["equilibrium"] = equilibrium_json(machine, speed, mbd::stability(modes));
     summary["equilibrium"]["pose"] = poses["pose"];
     print_equilibrium(summary["equilibrium"]);
-    warn_of_uncertain(modes);
+    warn_of_uncertain(machine, modes);
     if (s.analysis == Analysis::modes) {
       summary["modes"] = modes_json(machine.system(), modes);
       write_modes(request.out / "modes.csv", machine.system(), modes);

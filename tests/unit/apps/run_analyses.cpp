@@ -1,6 +1,11 @@
+#include <fmt/format.h>
+
 #include <cmath>
+#include <memory>
 #include <numbers>
 
+#include "libsim/run/force_jumps.hpp"
+#include "libsim/setup/machine.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -461,6 +466,88 @@ time: {end: 1 s}
   EXPECT_EQ(run_scenario(dir.scenario(rotor), dir / "out", {"machine.bodies.w.spin=1e5 rad/s", "time.end=20 s"}),
             exit_ok)
       << "2e6 rad at a constant rate";
+}
+
+/// A block of 2 kg on a guide, held by a formula of its place and velocity.
+std::string block_by(const std::string& formula, const std::string& at = "0 0 m") {
+  return "subsoil: 1\ngravity: 9.81 m/s^2\nmachine:\n"
+         "  bodies: {blk: {mass: 2 kg, inertia: 0.1 kg m^2, at: " +
+         at +
+         "}}\n"
+         "  markers: {c: {body: blk, at: " +
+         at +
+         "}}\n"
+         "  measures: {pos: {position: c, component: x}, vel: {velocity: c, component: x}}\n"
+         "  joints: {guide: {translational: [ground, blk], at: 0 0 m, along: 1 0}}\n"
+         "  controllers: {pd: {formula: \"" +
+         formula +
+         "\", output in: N}}\n"
+         "  forces: {push: {force: blk, controller: pd}}\n"
+         "time: {end: 1 s}\n";
+}
+
+/// A force that jumps at the state has no derivative there: the eigenvalues that hang on it are no zeros, and the block
+/// is not free. Beside it a smooth force has the mode of its spring, sqrt(800/2)/(2 pi).
+TEST(Modes, AForceThatJumpsAtTheStateLeavesThemUndetermined) {
+  const auto modes_of = [](const std::string& formula) {
+    const RunDirectory dir;
+    EXPECT_EQ(run_scenario(dir.scenario(block_by(formula)), dir / "out", {"analysis=modes"}), exit_ok);
+    return summary_of(dir / "out");
+  };
+  for (const char* formula : {"-800*pos - 30*sign(vel)", "-800*pos - 3*sqrt(abs(vel))*sign(vel)",
+                              "-800*pos - 10*vel*abs(vel) - 30*sign(vel)"}) {
+    const nlohmann::json found = modes_of(formula)["equilibrium"];
+    EXPECT_EQ(found["stability"], "undetermined") << formula;
+    EXPECT_EQ(found["coordinates that nothing holds"], 0) << formula;
+    EXPECT_GT(found["undetermined eigenvalues"], 0) << formula;
+  }
+  for (const char* formula : {"-800*pos", "-800*pos - 10*vel*abs(vel)"}) {
+    const nlohmann::json found = modes_of(formula);
+    EXPECT_EQ(found["equilibrium"]["stability"], "stable") << formula;
+    EXPECT_EQ(found["equilibrium"]["undetermined eigenvalues"], 0) << formula;
+    EXPECT_NEAR(found["modes"][0]["frequency [Hz]"].get<double>(), 20 / (2 * std::numbers::pi), 1e-6) << formula;
+  }
+  EXPECT_EQ(modes_of("0*pos")["equilibrium"]["coordinates that nothing holds"], 1);
+}
+
+TEST(Modes, NameWhatJumps) {
+  const auto names = [](const std::string& formula) {
+    const std::unique_ptr<mbd::Machine> machine = build_machine(load_scenario_text(block_by(formula)));
+    const mbd::MotionState& s = machine->integrator().state();
+    return jumping(machine->system(), 0, {s.q, s.velocity, s.lambda}, Eigen::Vector3d(1, 0, 0));
+  };
+  const std::vector<std::string> pd{"controller 'pd'"};
+  EXPECT_EQ(names("-800*pos - 30*sign(vel)"), pd);
+  EXPECT_EQ(names("-800*pos - 3*sqrt(abs(vel))*sign(vel)"), pd);
+  EXPECT_EQ(names("-30*sign(pos)"), pd);
+  for (const char* smooth : {"-800*pos", "-800*pos - 200*abs(pos)", "-800*pos - 10*vel*abs(vel)", "5 + 0*pos"})
+    EXPECT_TRUE(names(smooth).empty()) << smooth;
+}
+
+/// Two locked cylinders in series: the oil of both is a spring, whatever the masses are.
+TEST(Modes, OilHoldsBodiesOfAnyMass) {
+  for (const double mid : {0.001, 0.1, 10.0, 100.0}) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies:
+    mid: {{mass: {} kg, inertia: 0.1 kg m^2, at: 0 0.7 m}}
+    load: {{mass: 500 kg, inertia: 10 kg m^2, at: 0 1.4 m}}
+  joints:
+    g1: {{translational: [ground, mid], at: 0 0.7 m, along: 0 1}}
+    g2: {{translational: [ground, load], at: 0 1.4 m, along: 0 1}}
+  forces:
+    c1: {{hydraulic cylinder: [ground, mid], ends: [0 0 m, 0 0.7 m], bore: 50 mm, rod: 30 mm, closed length: 0.5 m, stroke: 0.4 m, supply pressure: 20 MPa, rated flow: 30 l/min, valve: 0, start pressure a: 6 MPa, start pressure b: 5 MPa}}
+    c2: {{hydraulic cylinder: [mid, load], ends: [0 0.7 m, 0 1.4 m], bore: 40 mm, rod: 20 mm, closed length: 0.5 m, stroke: 0.4 m, supply pressure: 20 MPa, rated flow: 30 l/min, valve: 0, start pressure a: 6 MPa, start pressure b: 5 MPa}}
+)",
+                                         mid);
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out", {"analysis=modes"}), exit_ok);
+    const nlohmann::json found = summary_of(dir / "out");
+    EXPECT_EQ(found["equilibrium"]["stability"], "stable") << mid;
+    EXPECT_EQ(found["equilibrium"]["coordinates that nothing holds"], 0) << mid;
+    EXPECT_EQ(found["modes"].size(), 2U) << mid;
+  }
 }
 
 }  // namespace
