@@ -1,12 +1,16 @@
 #include "libsim/run/machine_fault.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "libmbd/assembly/assembly.hpp"
+#include "libmbd/base/dense.hpp"
+#include "libsim/run/force_jumps.hpp"
 #include "libsim/run/overlap_advice.hpp"
 #include "libsim/setup/machine.hpp"
 
@@ -46,6 +50,40 @@ std::string fed_by(const World& world) {
   return "so the steps resolve it: a stiffness or damping below zero, gravity or the speed of the start feeds it";
 }
 
+/// "driver 'd' and joint 'lock' ask for different motions", where no velocity agrees with all constraints; else empty.
+std::string contradiction(const mbd::Instant& at) {
+  const mbd::System& system = at.system;
+  if (system.equations() == 0 || system.coordinates() == 0) return {};
+  mbd::Constraints c;
+  system.constraints(c);
+  const Eigen::VectorXd asked = mbd::row_scale(system).cwiseProduct(c.phi_t);
+  const Eigen::VectorXd off = mbd::outside_range(mbd::scaled_jacobian(system, c), asked);
+  const double worst = off.cwiseAbs().maxCoeff();
+  if (!(worst > 1e-6 * asked.cwiseAbs().maxCoeff())) return {};
+  std::vector<std::string> names;
+  for (int row = 0; row < system.equations(); ++row)
+    if (std::abs(off[row]) > 1e-6 * worst && std::find(names.begin(), names.end(), system.owner(row)) == names.end())
+      names.push_back(system.owner(row));
+  return fmt::format("{} ask for different motions", fmt::join(names, " and "));
+}
+
+/// What jumps where the steps have collapsed, within a step of the last state; empty where nothing does.
+std::string jump_advice(const World& world, double time) {
+  const mbd::Instant at = world.machine->now();
+  mbd::MotionState s = at.state;
+  const double h = time - s.t;
+  s.t = time, s.q += h * (s.velocity + 0.5 * h * s.acceleration), s.velocity += h * s.acceleration;
+  std::vector<std::string> names;
+  for (const Eigen::VectorXd& way : {s.velocity, s.acceleration}) {
+    if (!(way.norm() > 0) || !way.allFinite()) continue;
+    for (const std::string& name : jumping(at.system, s.t, {s.q, s.velocity, s.lambda}, way / way.norm()))
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  if (names.empty()) return {};
+  return fmt::format("{} jump{} there, which no method resolves: {}", fmt::join(names, ", "),
+                     names.size() > 1 ? "" : "s", smooth_force);
+}
+
 }  // namespace
 
 std::string shorter_step(const Scenario& s, const World& world) {
@@ -81,6 +119,11 @@ std::string machine_fault(const Scenario& s, const World& world, const mbd::Inst
   }
   const double off = std::abs(e.balance());
   if (e.closure() <= s.limits.energy || off <= s.limits.energy * (e.moved + brought)) return {};
+  if (const std::string motions = contradiction(at); !motions.empty())
+    return fmt::format(
+        "{} from here on, so the energy balance of the machine is off by {:.3g} J; end the motion of the driver before "
+        "the joint closes, let it agree with the joint, or open one of them",
+        motions, e.balance());
   const std::string force = s.machine ? largest_force(world, s, at) : std::string();
   return fmt::format(
       "the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
@@ -107,6 +150,8 @@ std::string step_failure(const std::exception& error, double t, const Scenario& 
     text += "; the energy balance closes, " + fed;
   else if (cause != Cause::other)
     text += "; " + finer_machine(scenario, world);
+  else if (of_machine != nullptr)
+    if (const std::string advice = jump_advice(world, of_machine->time); !advice.empty()) text += "; " + advice;
   return of_bed != nullptr || of_machine != nullptr ? text : timed(text);  // these state their time
 }
 

@@ -550,5 +550,43 @@ machine:
   }
 }
 
+/// Steps collapse where the velocity passes zero: no method is the cure.
+TEST(StepFailure, NamesTheFormulaThatJumps) {
+  for (const char* integrator : {"cvode", "ida"}) {
+    const RunDirectory dir;
+    const std::string text = block_by("-800*pos - 30*sign(vel)", "0.1 0 m");
+    EXPECT_NE(run_scenario(dir.scenario(text), dir / "out", {std::string("time.machine.integrator=") + integrator}),
+              exit_ok);
+    const std::string end = summary_of(dir / "out")["run"].value("failure", summary_of(dir / "out").dump());
+    EXPECT_TRUE(holds(end, "controller 'pd' jumps there")) << end;
+    EXPECT_TRUE(holds(end, "tanh(x/w)")) << end;
+  }
+}
+
+/// A lock that closes on a cart that a driver moves on: no pose agrees with both, and no step is to blame.
+TEST(StepFailure, NamesConstraintsThatAskForDifferentMotions) {
+  const RunDirectory dir;
+  const std::string text = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {cart: {mass: 5 kg, inertia: 1 kg m^2, at: 0 0 m, velocity: 1 0 m/s}}
+  joints:
+    g: {translational: [ground, cart], at: 0 0 m, along: 1 0}
+    lock: {fixed: [ground, cart], at: 0 0 m}
+  drivers: {d: {coordinate: cart.x, velocity: 1 m/s}}
+  events: {c: {closes: lock, at: 0.5 s}}
+time: {end: 1 s}
+)";
+  for (const char* integrator : {"cvode", "ida", "adams-moulton"}) {
+    EXPECT_NE(
+        run_scenario(dir.scenario(text), dir / integrator, {std::string("time.machine.integrator=") + integrator}),
+        exit_ok);
+    const std::string end = summary_of(dir / integrator)["run"].dump();
+    EXPECT_TRUE(holds(end, "ask for different motions from here on")) << end;
+    EXPECT_TRUE(holds(end, "driver 'd'") && holds(end, "joint 'lock'")) << end;
+    EXPECT_FALSE(holds(end, "step is too long")) << end;
+  }
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_analyses
