@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "apps/commands/beam_words.hpp"
@@ -113,7 +114,8 @@ int check_command(const RunRequest& request) {
     line("", a.moved > 0 ? fmt::format("joints closed to {:.1e} m; assembly moves '{}' by {:.2e} m", a.residual,
                                        a.moved_body, a.moved)
                          : fmt::format("joints closed to {:.1e} m; nothing is moved", a.residual));
-    for (const std::string& r : a.redundant) line("", r);
+    for (auto r = a.redundant.begin(); r != a.redundant.end(); ++r)  // some depend in two ways
+      if (std::find(a.redundant.begin(), r, *r) == r) line("", *r);
     for (const std::string& body : free_bodies(s, world))
       line("", fmt::format("`{}` is on no joint and has no driver: only forces hold it", body));
     for (const BeamSection& beam : s.machine->beams) line("beam", beam_words(beam));

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "libmbd/base/dense.hpp"
+#include "libmbd/system/wrench.hpp"
 
 namespace subsoil::mbd {
 
@@ -156,6 +157,13 @@ bool dependent_here_only(System& system, double t, const Eigen::VectorXd& q, con
                    : " Over-determined by " + list(dependent.members) + ": drop one or correct its points.";
   } else {
     text += " Correct the points of these joints or start nearer to a pose that closes them.";
+  }
+  for (const int row : rows_by_residual(phi)) {
+    const PartName& part = system.part(row);
+    if (part.kind != PartName::Kind::joint || std::abs(phi[row]) <= 1e-3 * phi.cwiseAbs().maxCoeff()) continue;
+    if (!system.may_open(find_named(system.model().joints, "joint", part.name))) continue;
+    text += " Where " + part.text() + " is to close on the way only, give an event of it `joint starts: open`.";
+    break;
   }
   throw ModelFault(system.part(rows_by_residual(phi).front()), text);
 }

@@ -143,7 +143,7 @@ mbd::ExpressionFunction make_expression(const std::string& text, const std::stri
   const auto formula = std::make_shared<const Formula>(text, std::span(&t, 1));
   const auto finite = [text](double value, const char* what, double at) {
     if (!std::isfinite(value))
-      throw std::runtime_error(fmt::format("the formula `{}` has no finite {} at t = {} s", text, what, at));
+      throw std::runtime_error(fmt::format("the formula `{}` has no finite {} at t = {:.6g} s", text, what, at));
     return value;
   };
   mbd::ExpressionFunction f;

@@ -229,6 +229,9 @@ class ExpressionOfTime final : public Compound {
     reader.leaf({"unit", fmt::format("the unit of the formula's value, such as {}", unit_), unit_ != "1"},
                 [&](const Node& node) {
                   given = scalar_of(node);
+                  if (given == "1") return static_cast<void>(parse_quantity(given, unit_));
+                  if (!given.empty() && given[0] >= '0' && given[0] <= '9')
+                    throw UnitError("must be a unit alone; write the number into the formula");
                   size = parse_quantity("1 " + given, unit_);
                 });
     reader.leaf(field, [&](const Node& node) {

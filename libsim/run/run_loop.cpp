@@ -80,9 +80,12 @@ void RunLoop::open_output() {
   summary_ = o.summary.get();
   o.rows = std::make_unique<Rows>(o.columns, *o.series, o.close,
                                   world_.machine ? world_.machine->time() : simulation_.time());
-  if (world_.machine)
-    for (const std::string& group : world_.machine->assembly().redundant)
-      spdlog::info("{}: of their reactions those of minimum norm are reported", group);
+  if (world_.machine) {
+    const std::vector<std::string>& groups = world_.machine->assembly().redundant;
+    for (auto group = groups.begin(); group != groups.end(); ++group)  // some depend in two ways
+      if (std::find(groups.begin(), group, *group) == group)
+        spdlog::info("{}: of their reactions those of minimum norm are reported", *group);
+  }
   tools_.set_window();
   for (const std::string& text : surface_warnings(surface_facts(world_, s_, s_.time.end), world_)) warn(text);
   for (const std::string& text : input_warnings(loaded_, world_, request_.scenario, request_.sets)) warn(text);

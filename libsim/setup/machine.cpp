@@ -219,10 +219,11 @@ void extend_motions(const Scenario& s, mbd::Model& model) {
 
 /// Whether f grows on as the instant of the jump is approached, in a run of that length: by a factor with each power of
 /// 10 that it is nearer, which no corner does.
-bool has_pole(const mbd::Function& f, const mbd::Jump& jump, double length) {
+bool has_pole(const mbd::Function& f, const mbd::Jump& jump, double from, double length) {
   constexpr double factor = 5;
+  const double side = jump.time - 1e-3 * length < from ? 1 : -1;  // before the run there may be no value
   const auto size = [&](double share) {
-    const double t = jump.time - share * length;
+    const double t = jump.time + side * share * length;
     return std::abs(jump.of_rate ? f.first(t) : f.value(t));
   };
   return size(1e-4) > factor * size(1e-3) && size(1e-5) > factor * size(1e-4);
@@ -239,7 +240,7 @@ void refuse_jumps(const Loaded& loaded, const mbd::Model& model, const MachineSt
     const std::string size =
         fmt::format("jumps by {:.4g} {} at t = {:.6g} s, from {:.4g} to {:.4g} {}", std::abs(jump.after - jump.before),
                     unit, jump.time, jump.before, jump.after, unit);
-    if (has_pole(f, jump, until - from))
+    if (has_pole(f, jump, from, until - from))
       throw ScenarioError(
           fmt::format("{}: grows without limit near t = {:.4g} s; take a function that is finite until "
                       "time.end = {:.6g} s, or end the run before",

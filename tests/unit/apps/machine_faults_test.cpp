@@ -175,5 +175,51 @@ TEST(MachineFaults, ALooseBodyFlies) {
             "accepted");
 }
 
+/// A joint that opens and closes is closed at the start; here it is meant to be caught on the way.
+TEST(MachineFaults, AJointThatIsFarOpenMayBeMeantToStartOpen) {
+  const std::string text = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {rod: {mass: 2 kg, inertia: 0.2 kg m^2, at: 0 0 m}}
+  markers: {tip: {body: rod, at: 0.5 0 m}}
+  measures: {tx: {position: tip, component: x}}
+  joints: {hook: {revolute: [ground, rod], points: [0.8 0.2 m, 0.5 0 m]}, rail: {fixed: [ground, rod], at: 0 0 m}}
+  events: {catch: {closes: hook, measure: tx, above: 0.8 m}, free: {opens: hook, at: 0.9 s}}
+time: {end: 1 s}
+)";
+  const std::string said = refusal(text);
+  EXPECT_NE(said.find("Where joint 'hook' is to close on the way only, give an event of it `joint starts: open`."),
+            std::string::npos)
+      << said;
+  std::string open = text;
+  open.replace(open.find("above: 0.8 m"), 12, "above: 0.8 m, joint starts: open");
+  EXPECT_EQ(refusal(open), "accepted");
+}
+
+/// The unit of a number is 1, or left out.
+TEST(MachineFaults, TheUnitOfAFormulaMayBeOne) {
+  const auto motor = [](const std::string& share) {
+    return refusal(
+        "subsoil: 1\ntime: {end: 1 s}\nmachine:\n  bodies: {a: {mass: 5 kg, inertia: 1 kg m^2, at: 0 0 m}}\n"
+        "  joints: {g: {revolute: [ground, a], at: 0 0 m}}\n"
+        "  forces: {m: {torque-speed motor: [ground, a], torque curve: {table: {points: [[0 rpm, 10 N m], "
+        "[100 rpm, 0 N m]]}}, share: " +
+        share + "}}\n");
+  };
+  EXPECT_EQ(motor("{expression: \"0.5*sin(t)\", unit: 1}"), "accepted");
+  EXPECT_EQ(motor("{expression: \"0.5*sin(t)\"}"), "accepted");
+  EXPECT_NE(motor("{expression: \"0.5*sin(t)\", unit: 2}").find("must be a unit alone"), std::string::npos);
+  EXPECT_NE(motor("{expression: \"0.5*sin(t)\", unit: kg}").find("is a mass"), std::string::npos);
+}
+
+/// A root begins with an infinite rate; nothing is read before the run.
+TEST(MachineFaults, AMotionIsLookedAtWithinTheRun) {
+  const std::string said =
+      refusal(slider_crank("velocity: 20 rad/s", "position: {expression: \"0.01*sqrt(t)\", unit: rad}"));
+  EXPECT_NE(said.find("machine.drivers.motor.position: its rate jumps"), std::string::npos) << said;
+  EXPECT_NE(said.find("right after the start"), std::string::npos) << said;
+  EXPECT_EQ(said.find("t = -"), std::string::npos) << said;
+}
+
 }  // namespace
 }  // namespace subsoil::sim::machine_faults_test
