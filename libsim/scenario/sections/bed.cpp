@@ -147,7 +147,8 @@ struct BedChecks : Checks {
     const auto is_fixed = [](const Particle& p) { return !p.fixed.empty(); };
     if (!b.save.empty() && std::any_of(b.particles.begin(), b.particles.end(), is_fixed))
       refuse("soil.bed.save", "would keep fixed particles as spheres that move; leave one of them out");
-    if (made && !b.particles.empty()) stones(b);
+    if (made && !b.particles.empty() && s.soil->moving)
+      refuse("soil.bed.particles", "stands beside `soil.moving`; leave one of them out");
     if (b.rough_floor) rough_floor(b);
     if (!only_clumps(b.clumps)) check_distribution(*this, "soil.bed.radius", b.radius);
     if (!b.layers.empty()) layers(b, made, each);
@@ -195,10 +196,6 @@ struct BedChecks : Checks {
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
       refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
-  }
-
-  void stones(const BedSection& b) {
-    if (s.soil->moving) refuse("soil.bed.particles", "stands beside `soil.moving`; leave one of them out");
   }
 
   /// What it is poured to is measured along y.
