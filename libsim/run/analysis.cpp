@@ -272,8 +272,8 @@ void write_frames(FrameOutput& frames, const Scenario& s) {
   frames.write(1, 0);
 }
 
-/// The first modes one after another, mode k over a period that the frames' time runs from k to k + 1. Those of a beam of
-/// many elements go into the hundreds, and nobody watches them all.
+/// The first modes one after another, mode k over a period that the frames' time runs from k to k + 1. Those of a beam
+/// of many elements go into the hundreds, and nobody watches them all.
 void write_mode_frames(FrameOutput& frames, const Poses& rest, const std::vector<mbd::Mode>& modes) {
   constexpr int pieces = 24;
   constexpr std::size_t watched = 30;

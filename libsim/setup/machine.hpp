@@ -8,7 +8,7 @@ namespace subsoil::sim {
 
 /// What a run from a state has to know of the start that the state goes back to.
 struct MachineStart {
-  const Scenario* begun_by = nullptr;  ///< its drivers hold the machine at the start; null: those of the scenario itself
+  const Scenario* begun_by = nullptr;  ///< its drivers hold the machine at the start; null: the scenario's own
   double time = 0;                     ///< of the state, s; drivers of the scenario act from there on
 };
 
