@@ -9,10 +9,11 @@
 
 /// Oblique impacts with spin by `conventions: lammps | liggghts`, beside those programs themselves (scripts/setup
 /// --bench; left out where they are not installed). All three step as leapfrog does with forces from the velocities of
-/// half a step before, so with one step their curves are the same but for rounding and for how springs turn with the
-/// normal: LAMMPS keeps their length, this program projects them, LIGGGHTS projects them after the step's slip. A
-/// normal that turns by 0.1 rad in 4000 steps makes less than 1e-6 of that. Where the dashpot pulls at the end of a
-/// contact with a wall, rounding decides the step in which it parts: one step of friction more or less, 1.1e-6.
+/// half a step before, so with one step their curves are the same but for rounding and for how contacts turn with the
+/// normal: this program takes velocities of half a step in the plane of that instant, the others in that of the step's
+/// end, an error of first order. A normal that turns by 0.1 rad in 4000 steps makes 2.5e-5 rad a step, of which the
+/// speeds of 1 m/s lose up to a tenth. A wall's normal stands still: there LAMMPS differs by rounding alone, LIGGGHTS
+/// by the step of friction in which a contact that the dashpot pulls at parts, 1.1e-6.
 namespace subsoil::dem::test::peers_test {
 namespace {
 
@@ -122,7 +123,7 @@ void expect_same(const Peer& peer, const std::string& what, const Law& law, cons
   const std::vector<Vec3> ours = by_engine(law, wall, spheres(wall)), theirs = by_peer(peer, contacts, wall);
   const double difference = apart(ours, theirs);
   std::printf("%s, %s: %.1e\n", peer.command, what.c_str(), difference);
-  EXPECT_LT(difference, 2e-6) << what;
+  EXPECT_LT(difference, wall && &peer == &kLammps ? 1e-13 : 2.5e-6) << what;
   EXPECT_GT(norm(ours.back() - ours[1]), 1) << what << ": nothing happened";
 }
 
