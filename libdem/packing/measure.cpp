@@ -117,6 +117,12 @@ double mean_radius(std::span<const Sphere> spheres) {
   return spheres.empty() ? 0 : sum / static_cast<double>(spheres.size());
 }
 
+double highest_top(std::span<const Sphere> spheres, double otherwise) {
+  double top = otherwise;
+  for (const Sphere& s : spheres) top = std::max(top, s.x.y + s.r);
+  return top;
+}
+
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region) {
   double sum = 0, count = 0;
   for (const Sphere& s : spheres)

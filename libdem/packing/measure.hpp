@@ -26,6 +26,9 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& regi
 /// The same for the part of the region with x in [from, to].
 SurfaceHeight surface_height(std::span<const Sphere> spheres, Bounds region, double x_from, double x_to);
 
+/// Top of the highest sphere (m, world y), or `otherwise` where that is higher.
+double highest_top(std::span<const Sphere> spheres, double otherwise);
+
 /// Mass per volume in the middle of the bed, kg/m3, fixed spheres counted by their matter: sum of m W(x) over the
 /// integral of W, W a product of one weight per direction, between the region's sides (floor and mean surface in y):
 ///   6 mean diameters and more   a window sin^2(pi s), s in [0, 1], which leaves out one mean diameter at either side.

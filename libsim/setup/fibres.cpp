@@ -32,12 +32,6 @@ Vec3 axis_of(const FibreSection& f) {
   return {1, 0, 0};
 }
 
-double highest_top(std::span<const dem::Sphere> spheres, double otherwise) {
-  double top = otherwise;
-  for (const dem::Sphere& s : spheres) top = std::max(top, s.x.y + s.r);
-  return top;
-}
-
 /// The container's periods along x and z that the fibres' region spans: there they may lie across the sides.
 dem::PeriodicCell periods_spanned(const FibreSection& f, const Container& c) {
   dem::PeriodicCell cell = periodic_cell(c);
@@ -115,7 +109,7 @@ std::int32_t fibre_of(const std::vector<FibreGroup>& groups, std::uint32_t id) {
 dem::BedCover::Laid FibreCover::lay(dem::Bed& bed, const std::uint32_t first) {
   const std::vector<FibreSection>& sections = loaded_.scenario.soil->bed->fibres;
   const auto& container = loaded_.scenario.soil->container;
-  const double surface = highest_top(bed.spheres(), container ? container->at.y : 0);
+  const double surface = dem::highest_top(bed.spheres(), container ? container->at.y : 0);
   std::vector<dem::PlacedFibre> taken;
   Laid laid{.first = first};
   std::uint32_t next = first;
@@ -131,7 +125,7 @@ dem::BedCover::Laid FibreCover::lay(dem::Bed& bed, const std::uint32_t first) {
       throw ScenarioError(loaded_.where("soil.bed.fibres." + group.name) + ": " + error.what());
     }
   }
-  laid.height = highest_top(bed.spheres(), surface);
+  laid.height = dem::highest_top(bed.spheres(), surface);
   return laid;
 }
 
