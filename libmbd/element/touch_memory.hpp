@@ -100,6 +100,8 @@ class ContactMemory {
                                contact_.law.stick_damping);
   }
   void slide(std::size_t k, int sense) { at(k).surfaces.slide(sense); }
+  int sense(std::size_t k) const { return touched(k).surfaces.sliding; }
+  double slip_speed(const Scene& scene, std::size_t k) const { return slip(scene, k); }
   /// By central differences along the motion: the point and its tangent move on surfaces of any shape. They err by
   /// 1e-12 s^2 times the third derivative of the slip, and by 1e-10/s of its rounding.
   double slip_acceleration(const Scene& scene, std::size_t k, std::span<const double> accelerations) const {

@@ -178,6 +178,8 @@ struct JointFriction {
   }
 
   void slide(std::size_t, int sense) { surfaces.slide(sense); }
+  int sense(std::size_t) const { return surfaces.sliding; }
+  double slip_speed(const Scene& scene, std::size_t) const { return contact(scene).v; }
 
   double hold(const Scene& scene, std::size_t) const {
     const Contact c = contact(scene);

@@ -61,10 +61,24 @@ void Integrator::begin_grips() {
 double Integrator::grip(std::size_t force, std::size_t place) {
   system_.set_state(now_.t, now_.q, now_.velocity);
   system_.set_element_states(now_.states);
-  return system_.grip(force, place, [&]() -> const Eigen::VectorXd& {
-    partition_.accelerate(now_);
+  MotionState ahead;
+  bool looks_ahead = false;
+  const auto accelerate = [&]() -> const Eigen::VectorXd& {
+    std::exchange(looks_ahead, false) ? partition_.evaluate(now_) : partition_.accelerate(now_);
     return now_.acceleration;
-  });
+  };
+  const auto look_ahead = [&](double dt) {
+    ahead = now_, looks_ahead = true;
+    ahead.t += dt, ahead.q += dt * (now_.velocity + 0.5 * dt * now_.acceleration);
+    ahead.velocity += dt * now_.acceleration;
+    try {
+      partition_.evaluate(ahead);
+      return true;
+    } catch (const std::runtime_error&) {  // the end of its travel
+      return false;
+    }
+  };
+  return system_.grip(force, place, {accelerate, look_ahead});
 }
 
 void Integrator::release_friction() {
@@ -396,13 +410,15 @@ void Integrator::take_event(std::size_t which) {
   const bool friction = switches_.of_friction(which);
   if (!friction) switches_.set_side(which, -switches_.side(which));
   const std::size_t force = switches_.force(which), place = switches_.place(which);
+  const int before = friction ? system_.sense(force, place) : 0;
   const Changeover change =
       friction ? system_.pass_event(force, place) : system_.touch(force, place, switches_.side(which) < 0);
   double& lost = flows_.of_elements[static_cast<Eigen::Index>(force)];
   lost += change.heat;
   if (friction ? !change.slides : switches_.side(which) < 0) lost -= grip(force, place);
-  const int of_friction = change.slides ? 1 : -1;
-  events_.push_back({now_.t, switches_.name(which), friction ? of_friction : switches_.side(which), friction});
+  const int after = friction ? system_.sense(force, place) : 0;
+  if (friction && after != 0 && after == before) return;  // rounding of a speed that comes to 0 and rises again
+  events_.push_back({now_.t, switches_.name(which), !friction ? switches_.side(which) : after != 0 ? 1 : -1, friction});
 }
 
 void Integrator::take(const std::vector<double>& from, Eigen::VectorXd& to, const char* what) {

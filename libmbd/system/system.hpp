@@ -67,6 +67,11 @@ struct Constraints {
 
 class System;
 struct Motion;
+/// What friction asks of a state as it begins to stick.
+struct GripMotion {
+  std::function<const Eigen::VectorXd&()> accelerate;  ///< solves the state again and returns its accelerations
+  std::function<bool(double)> look_ahead;  ///< sets the system so much later (s); false where there is no such state
+};
 /// Fills phi, gamma, phi_t and jacobian from `sparse`.
 void write_out(const System& system, Constraints& c);
 
@@ -215,10 +220,12 @@ class System {
   Changeover pass_event(std::size_t force, std::size_t place);
   /// The same of a gap that has passed 0.
   Changeover touch(std::size_t force, std::size_t place, bool closes);
-  /// Lets friction that sticks begin with the force that holds its surfaces at the state set last; `accelerate` solves
-  /// that state again and returns its accelerations. Returns the energy that stiction stores by it (J).
-  /// An equilibrium's stiction (set_start_grips) keeps the force that it has.
-  double grip(std::size_t force, std::size_t place, const std::function<const Eigen::VectorXd&()>& accelerate);
+  /// The sense in which friction slides at a place, 0 where it sticks or is none.
+  int sense(std::size_t force, std::size_t place) const;
+  /// Lets friction that sticks begin with the force that holds its surfaces at the state set last. Surfaces that are
+  /// led through rest, where no friction changes their motion, slide on. Returns the energy that stiction stores by it
+  /// (J). An equilibrium's stiction (set_start_grips) keeps the force that it has.
+  double grip(std::size_t force, std::size_t place, const GripMotion& motion);
   /// What forces hold from one event to the next (stiction, impacts of a given restitution), to restore it before one.
   using Grips = std::vector<double>;
   Grips grips() const;

@@ -158,29 +158,58 @@ void System::set_grips(const Grips& grips) {
   });
 }
 
+int System::sense(std::size_t force, std::size_t place) const {
+  return visit(
+      [&]<class Force>(const Force& f) {
+        if constexpr (Force::has.stick) return remembering(f).sense(place);
+        return 0;
+      },
+      model_.forces[force].element);
+}
+
 namespace {
+// The sense in which surfaces that nothing stops slide on: as they move soon after this instant; 0: they rest.
+template <class Force>
+int led_on(const System& system, const Force& f, std::size_t place, const GripMotion& motion) {
+  constexpr double visible = 1e-11;                // m/s, beside the rounding of a speed
+  constexpr double least = 1e-5, farthest = 1e-3;  // s
+  const double now = std::abs(f.slip_speed(system.scene(), place));
+  for (double after = least; after < 2 * farthest && motion.look_ahead(after); after *= 10) {
+    const double then = f.slip_speed(system.scene(), place);
+    if (std::abs(then) > std::max(visible, 2 * now)) return then > 0 ? 1 : -1;
+  }
+  return 0;
+}
+
 // s'' is linear in the force of the grip, but for what it does to the friction of other places: a secant, repeated.
 template <class Force>
-double grip_place(const System& system, Force&& f, std::size_t place,
-                  const std::function<const Eigen::VectorXd&()>& accelerate) {
+double grip_place(const System& system, Force&& f, std::size_t place, const GripMotion& motion) {
   if (!f.sticks(place)) return 0;
   const double kept = system.keeps_grips() ? f.held(system.scene(), place) : 0;
   const auto slip = [&](double with) {
     f.grip(system.scene(), place, with, 0);
-    const Eigen::VectorXd& solved = accelerate();
+    const Eigen::VectorXd& solved = motion.accelerate();
     return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
+  };
+  const auto slide = [&](int sense) {
+    f.slide(place, sense);
+    motion.accelerate();
+    return 0.0;
   };
   const double free = slip(0), limit = f.grip_limit(system.scene(), place);
   constexpr double rounding = 1e-8;  // of a slip's acceleration beside those of the bodies
-  if (!(limit > 0) && !system.keeps_grips() && std::abs(free) > rounding * accelerate().cwiseAbs().maxCoeff()) {
-    f.slide(place, free > 0 ? 1 : -1);
-    accelerate();
-    return 0;
-  }
+  const double fastest = motion.accelerate().cwiseAbs().maxCoeff();
+  if (!(limit > 0) && !system.keeps_grips() && std::abs(free) > rounding * fastest) return slide(free > 0 ? 1 : -1);
   double held = limit > 0 ? limit : 1, rest = slip(held), mass = held / (rest - free);
+  // What friction does to s'' of surfaces that are led, by a driver or a cam, is rounding of either sign.
+  const double size = std::max({std::abs(free), fastest, held / system.mass().maxCoeff()});
+  if (!system.keeps_grips() && !(std::abs(rest - free) > rounding * size)) {
+    if (const int sense = led_on(system, f, place, motion); sense != 0) return slide(sense);
+    slip(held);
+  }
   if (!(mass > 0 && std::isfinite(mass))) {  // its surfaces cannot move, or are not held by forces
     const double stored = f.grip(system.scene(), place, kept, 0);
-    accelerate();
+    motion.accelerate();
     return stored;
   }
   if (system.keeps_grips()) {
@@ -196,10 +225,10 @@ double grip_place(const System& system, Force&& f, std::size_t place,
 }
 }  // namespace
 
-double System::grip(std::size_t force, std::size_t place, const std::function<const Eigen::VectorXd&()>& accelerate) {
+double System::grip(std::size_t force, std::size_t place, const GripMotion& motion) {
   return visit(
       [&]<class Force>(Force& f) {
-        if constexpr (Force::has.stick) return grip_place(*this, remembering(f), place, accelerate);
+        if constexpr (Force::has.stick) return grip_place(*this, remembering(f), place, motion);
         return 0.0;
       },
       model_.forces[force].element);

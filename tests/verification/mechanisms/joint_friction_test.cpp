@@ -390,6 +390,80 @@ TEST_P(Stick, OnABeltItSticksAndSlipsWithItsPeriod) {
     EXPECT_NEAR(events[i].t - events[i - 1].t, i % 2 == 0 ? sticks : slides, 1e-4) << i;
 }
 
+/// A block on a slide that a driver moves, pressed on it by 40 N; friction has no say in its motion.
+Model led(const Function& position, double speed) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "block", .mass = mass, .inertia = 0.3, .velocity = {speed, 0, 0}});
+  m.add("slide", Translational{.body_a = ground, .body_b = 1});
+  CoordinateDriver driver{.body = 1};
+  driver.motion.position = position;
+  m.add("driver", driver);
+  m.add("friction", JointFriction{.joint = "slide", .guide = 0.4, .mu_s = 0.15, .mu_k = 0.15, .stick_stiffness = 1e5});
+  m.add("load", AppliedForce{.body = 1, .fy = -40});
+  return m;
+}
+constexpr double led_force = 0.15 * 40;
+
+// x = 0.1 m sin(4 t): no friction holds it where it turns, so that it slides on in the other sense at once.
+TEST_P(Stick, WhatIsLedThroughRestSlidesOn) {
+  constexpr double amplitude = 0.1, omega = 4;
+  Machine machine(
+      led(HarmonicFunction{.amplitude = amplitude, .frequency = omega / (2 * std::numbers::pi)}, amplitude * omega),
+      {.integrator = GetParam()});
+  machine.start_from_pose();
+  for (int i = 1; i <= 200; ++i) {  // rows are 0.3 ms from a reversal at the least
+    machine.advance(0.01);
+    const double v = std::cos(omega * machine.time());
+    EXPECT_NEAR(machine.force_value("friction", "force"), v > 0 ? -led_force : led_force, 1e-6) << machine.time();
+  }
+  const int reversals = static_cast<int>(omega * machine.time() / std::numbers::pi + 0.5);
+  const double way = amplitude * (2 * reversals + (reversals % 2 ? -1 : 1) * std::sin(omega * machine.time()));
+  ASSERT_EQ(machine.events().size(), static_cast<std::size_t>(reversals));
+  for (const Event& event : machine.events()) EXPECT_STREQ(event.word(), "slides") << event.t;
+  EXPECT_NEAR(machine.energy().lost, led_force * way, 1e-6);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
+}
+
+// x = (t - 1)^n m up to 2 s: at 1 s speed and acceleration are 0 together. With n = 3 it keeps its sense, with 4 it
+// turns. Its way is 2 m, each of which costs the friction's force. The root of a speed (t - 1)^3 is known to 1e-4 s for
+// a speed of 1e-12, and as wide are samples kept away from it.
+TEST_P(Stick, WhatIsLedThroughRestWithoutAccelerationSlidesOn) {
+  const PolynomialFunction keeps{.c = {-1, 3, -3, 1}}, turns{.c = {1, -4, 6, -4, 1}};
+  for (const bool reversal : {false, true}) {
+    Machine machine(reversal ? led(turns, -4) : led(keeps, 3), {.integrator = GetParam()});
+    machine.start_from_pose();
+    for (int i = 1; i <= 201; ++i) {
+      machine.advance(2. / 201);
+      const double sense = reversal ? machine.time() - 1 : 1;
+      EXPECT_NEAR(machine.force_value("friction", "force"), sense > 0 ? -led_force : led_force, 1e-6) << machine.time();
+    }
+    ASSERT_EQ(machine.events().size(), reversal ? 1U : 0U);
+    for (const Event& event : machine.events()) {
+      EXPECT_NEAR(event.t, 1, 1e-3);
+      EXPECT_STREQ(event.word(), "slides");
+    }
+    EXPECT_NEAR(machine.energy().lost, led_force * 2, 1e-6);
+    EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
+  }
+}
+
+// Between two rises of 0.1 m the block dwells for 0.5 s, where speed and acceleration are 0 to the end: what friction
+// does there costs nothing, and each rise its way, less the strain of mu N/k that surfaces at rest take.
+TEST_P(Stick, WhatIsLedToADwellLosesNothingThere) {
+  SumFunction rises{.terms = {RampFunction{.to = 0.1, .end = 0.5}, RampFunction{.to = 0.1, .begin = 1, .end = 1.5}}};
+  Machine machine(led(rises, 0), {.integrator = GetParam()});
+  machine.start_from_pose();
+  for (int i = 1; i <= 750; ++i) {
+    machine.advance(0.002);
+    const double t = machine.time(), force = machine.force_value("friction", "force");
+    const bool rises = (t > 0.101 && t < 0.499) || (t > 1.101 && t < 1.499);
+    EXPECT_NEAR(force, rises ? -led_force : 0, rises ? 1e-6 : led_force + 1e-9) << t;
+  }
+  EXPECT_NEAR(machine.energy().lost, led_force * 0.2, 2 * led_force * led_force / 1e5);
+  EXPECT_NEAR(machine.energy().balance(), 0, 1e-6);
+}
+
 // What it remembers goes through a restart: the same numbers afterwards.
 TEST_P(Stick, GoesOnFromASnapshot) {
   if (GetParam() != IntegratorKind::adams_moulton) GTEST_SKIP() << "begins anew from a snapshot, by design";
