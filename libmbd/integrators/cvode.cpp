@@ -44,6 +44,7 @@ struct Cvode::Solver {
   std::vector<int> set;  // independent coordinates that y holds
   sundials::Context context;
   sundials::Vector y, dense, tolerance;
+  double rtol = 0;
   void* memory = nullptr;
   SUNNonlinearSolver iteration = nullptr;
   SUNMatrix matrix = nullptr;
@@ -112,7 +113,8 @@ struct Cvode::Solver {
   /// No tolerance is below what rounding of q makes of the motion: a position known to delta, whose rounding changes
   /// its acceleration by a, swings by rounding at sqrt(a/delta) and with the velocity sqrt(a delta).
   void set_tolerances(const CvodeOptions& options, const MotionState& now) {
-    const double rtol = local_tolerance(options.rtol, 1e-14), atol = local_tolerance(options.atol, 1e-15);
+    rtol = local_tolerance(options.rtol, 1e-14);
+    const double atol = local_tolerance(options.atol, 1e-15);
     Map weight = tolerance.map();
     weight.setConstant(atol);
     weight.segment(2 * f, e).setConstant(1e2 * atol);
@@ -120,7 +122,27 @@ struct Cvode::Solver {
     for (std::size_t i = 0; i < scales.size(); ++i)
       weight[2 * f + system.flow_count() + static_cast<Eigen::Index>(i)] = atol * scales[i];
     raise_to_rounding(now, weight);
-    check_cvode(CVodeSVtolerances(memory, rtol, tolerance), "CVodeSVtolerances");
+  }
+  /// CVODE's own vector of tolerances is that of the start alone.
+  static int weights(N_Vector of, N_Vector out, void* self) {
+    auto& s = *static_cast<Solver*>(self);
+    const ConstMap at(N_VGetArrayPointer(of), s.size());
+    Map(N_VGetArrayPointer(out), s.size()) = (s.rtol * at.cwiseAbs() + s.tolerance.map()).cwiseInverse();
+    return 0;
+  }
+  /// Rounding grows as a structure leaves its straight pose, where only its axial forces show any: stiff steps would
+  /// shrink to it.
+  void measure_rounding(const CvodeOptions& options) {
+    double t = 0;
+    check_cvode(CVodeGetCurrentTime(memory, &t), "CVodeGetCurrentTime");
+    MotionState now = good;
+    unpack(t, y.map().data(), now);
+    try {
+      partition.evaluate(now);
+    } catch (const std::runtime_error&) {  // beside the end of what can be evaluated nothing is measured
+      return;
+    }
+    set_tolerances(options, now);
   }
   void raise_to_rounding(const MotionState& now, Map& weight) {
     // Nearer to the origin rounding is that of the machine's own lengths, which the tolerances are made for; where
@@ -295,6 +317,7 @@ void Cvode::build() {
   check_cvode(CVodeSetErrHandlerFn(s.memory, sundials::silence, nullptr), "CVodeSetErrHandlerFn");
   check_cvode(CVodeInit(s.memory, Solver::right_side, now_.t, s.y), "CVodeInit");
   check_cvode(CVodeSetUserData(s.memory, &s), "CVodeSetUserData");
+  check_cvode(CVodeWFtolerances(s.memory, Solver::weights), "CVodeWFtolerances");
   s.choose_iteration();
   check_cvode(CVodeSetMaxErrTestFails(s.memory, most_failures_of_a_step), "CVodeSetMaxErrTestFails");
   check_cvode(CVodeSetMaxConvFails(s.memory, most_failures_of_a_step), "CVodeSetMaxConvFails");
@@ -334,7 +357,10 @@ long Cvode::steps() const {
 long Cvode::evaluations() const { return solver_ ? solver_->evaluations_before + solver_->right_sides() : 0; }
 
 bool Cvode::wants_restart() {
-  if (stiffness_.asks_for_spectrum()) stiffness_.see(solver_->spectrum());
+  if (stiffness_.asks_for_spectrum()) {
+    stiffness_.see(solver_->spectrum());
+    if (solver_->implicit && !stiffness_.wants_change()) solver_->measure_rounding(options_);
+  }
   return stiffness_.wants_change();
 }
 
