@@ -459,6 +459,21 @@ void look_at_moving_soil(const Loaded& loaded, const World& world, Texts& out) {
         loaded.where("soil.moving.towards")));
 }
 
+/// From so many parts of a machine step on `ida` is faster: beside soil, and alone, where it may take longer steps.
+constexpr double many_parts = 50, many_parts_alone = 1000;
+
+void look_at_beams(const Loaded& loaded, const World& world, Texts& out) {
+  const StepReport& step = world.step;
+  const Scenario& s = loaded.scenario;
+  if (!s.runs_in_time() || !(step.machine_parts > (world.bed ? many_parts : many_parts_alone))) return;
+  out.push_back(fmt::format(
+      "{}the fastest waves of the beams divide each machine step of {:.3g} s into {:.0f} parts, {:.2g} in the run, "
+      "which takes most of the time; `time.machine.integrator: ida` needs none, and fewer elements or less damping ask "
+      "for fewer",
+      s.time.machine.integrator == IntegratorWord::adams_moulton ? "time.machine.integrator = adams-moulton: " : "",
+      step.machine_step, step.machine_parts, step.machine_parts * s.time.end / step.machine_step));
+}
+
 }  // namespace
 
 std::vector<std::string> input_warnings(const Loaded& loaded, const World& world, const std::string& file,
@@ -469,6 +484,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_start(world, out);
   look_at_shared_events(loaded, world, out);
   look_at_events(loaded, world, out);
+  look_at_beams(loaded, world, out);
   look_at_gravity_across(loaded, world, out);
   if (!world.bed) return out;
   look_at_densities(loaded, out);

@@ -148,13 +148,6 @@ std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts
                         : fmt::format("{} comes no nearer than {:.3g} m to the soil on its path", f.name, f.from_soil));
   }
   for (std::string& text : restitution_warnings(world.step)) out.push_back(std::move(text));
-  constexpr double many_parts = 50;  // from there on `ida` is faster
-  if (world.step.machine_parts > many_parts)
-    out.push_back(
-        fmt::format("the fastest waves of the beams divide each machine step of {:.3g} s into {:.0f} parts, "
-                    "which takes most of the time; `time.machine.integrator: ida` needs none, and fewer "
-                    "elements or less damping ask for fewer",
-                    world.step.machine_step, world.step.machine_parts));
   return out;
 }
 

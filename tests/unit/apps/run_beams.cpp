@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/commands/beam_words.hpp"
+#include "libsim/run/input_report.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/setup/machine.hpp"
+#include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
@@ -106,6 +109,28 @@ TEST(Beams, FaultsNameTheBeam) {
   expect(message("elements: 4", "elements: 0"), "machine.beams.bar.elements");
   expect(message("elements: 4", "damping ratio: 0.1, damping time: 1 s"), "keep one");
   expect(message("bar end, along y", "bar 4, along y"), "there is no body of this name");
+}
+
+// A damped beam divides fixed steps until a run takes days: 1 ms into tau w^2/2 with tau = 2 ratio/w_1, and w = (2/l) c
+// at the least. What `auto` takes needs no such steps, and without damping there are few.
+TEST(Beams, FixedStepsOfADampedBeamAreWarnedOf) {
+  const RunDirectory dir;
+  const auto warnings = [&](const std::string& damping, const std::string& integrator) {
+    std::string text = cantilever;
+    text.replace(text.find("analysis: equilibrium\n"), 22,
+                 "time: {end: 2 s, machine: {integrator: " + integrator + "}}\n");
+    text.replace(text.find("elements: 4"), 11, "elements: 4, damping ratio: " + damping);
+    const std::string file = dir.scenario(text);
+    const Loaded loaded = load_scenario(file);
+    const World world = build_world(loaded, {.threads = 1, .settle = false, .restored = {}, .progress = {}});
+    return fmt::format("{}", fmt::join(input_warnings(loaded, world, file, {}), "\n"));
+  };
+  const std::string found = warnings("0.2", "adams-moulton");
+  EXPECT_TRUE(found.starts_with("time.machine.integrator = adams-moulton: the fastest waves of the beams divide"))
+      << found;
+  EXPECT_NE(found.find("`time.machine.integrator: ida` needs none"), std::string::npos) << found;
+  EXPECT_EQ(warnings("0.2", "auto"), "");
+  EXPECT_EQ(warnings("0", "adams-moulton"), "");
 }
 
 }  // namespace
