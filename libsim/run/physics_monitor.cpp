@@ -10,13 +10,43 @@
 namespace subsoil::sim {
 
 PhysicsMonitor::PhysicsMonitor(RunOutput& output) : o_(output), physics_(o_.s, o_.world), bodies_(o_.s, o_.world) {
+  start_.gravity = o_.s.gravity;
   if (o_.world.machine) start_.machine_potential = o_.world.machine->energy().potential;
 }
 
-void PhysicsMonitor::take_up(const SavedRun& saved) {
+namespace {
+
+/// What the potential of the soil is more under another gravity, J.
+double soil_rises_by(const World& world, const Vec3& gravity) {
+  double sum = 0;
+  for (const dem::Sphere& s : world.bed->spheres())
+    if (s.kind == dem::SphereKind::free) sum -= s.m * dem::dot(gravity, s.x);
+  for (const dem::Clump& c : world.bed->clumps())
+    sum -= world.bed->clump_shapes()[c.shape].mass * dem::dot(gravity, c.position);
+  return sum;
+}
+
+double machine_rises_by(const mbd::Machine& machine, const Vec3& gravity) {
+  double sum = 0;
+  const auto& bodies = machine.system().model().bodies;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const mbd::Vec2 at = machine.body(static_cast<int>(i) + 1).r;
+    sum -= bodies[i].mass * (gravity.x * at.x + gravity.y * at.y);
+  }
+  return sum;
+}
+
+}  // namespace
+
+void PhysicsMonitor::take_up(const SavedRun& saved, bool changed) {
   if (!saved.progress || !saved.progress->energy_start) return;
   start_ = *saved.progress->energy_start;
-  begun_ = true;
+  begun_ = !changed, changed_ = changed;
+  if (!changed) return;
+  const Vec3 more = o_.s.gravity - start_.gravity.value_or(o_.s.gravity);
+  start_.gravity = o_.s.gravity;
+  if (o_.world.bed) start_.bed_gravity += soil_rises_by(o_.world, more);
+  if (o_.world.machine) start_.machine_potential += machine_rises_by(*o_.world.machine, more);
 }
 
 void PhysicsMonitor::before_step(bool, StepRequest& request) {
@@ -33,7 +63,7 @@ void PhysicsMonitor::begin() {
   begun_ = true;
   if (!o_.world.bed) return;
   start_.bed = o_.world.bed->energy().total() - o_.world.bed->energy().work();
-  start_.bed_gravity = o_.world.bed->energy().gravity;
+  if (!changed_) start_.bed_gravity = o_.world.bed->energy().gravity;
   if (const auto found = physics_.start(o_.world)) o_.warn(found->text);
 }
 

@@ -20,7 +20,8 @@ class PhysicsMonitor : public StepObserver {
   const EnergyStart& energy_start() const { return start_; }
   bool has_begun() const { return begun_; }
   /// Works and losses are those of the whole motion; so is what gravity has given, and what the balance closes over.
-  void take_up(const SavedRun& saved);
+  /// What a change of the scenario adds by itself, to contacts and potentials, counts as there at the start.
+  void take_up(const SavedRun& saved, bool changed);
   void continue_from(long steps) { begun_ = steps > 0; }
   double deepest() const { return deepest_; }  ///< overlap, m
   double fastest() const { return fastest_; }  ///< sphere, m/s
@@ -37,7 +38,7 @@ class PhysicsMonitor : public StepObserver {
   PhysicsWatch physics_;
   BodyWatch bodies_;
   EnergyStart start_;
-  bool begun_ = false;
+  bool begun_ = false, changed_ = false;
   double deepest_ = 0, fastest_ = 0;
 };
 

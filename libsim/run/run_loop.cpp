@@ -49,7 +49,7 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, Stepper& stepp
   // A run shorter than a step has an end of its own.
   output_.close = std::max(std::min(stepper_.close(), 1e-3 * s_.time.end), 1e-15 * s_.time.end);
   output_.warn = [this](const std::string& text) { warn(text); };
-  if (saved && request_.changes.empty()) physics_.take_up(*saved);
+  if (saved) physics_.take_up(*saved, !request_.changes.empty());
   if (goes_on) go_on_ = &*saved->progress;
 }
 

@@ -59,6 +59,19 @@ TEST_F(RunContinue, EnergiesOfTheSummaryGoOn) {
         << name;
 }
 
+/// So does that of a run with a change, here one of 1e-9 that moves nothing; its balance closes from the state on.
+TEST_F(RunContinue, EnergiesOfTheSummaryGoOnBehindAChange) {
+  ASSERT_EQ(refusal({"contacts.soil-steel.mu=0.5000000005"}, {"contacts.soil-steel.mu"}), "");
+  ASSERT_EQ(run_scenario(dir_.scenario(trench), dir_ / "whole", {"time.end=22 ms"}), exit_ok);
+  const Json whole = summary_of(dir_ / "whole")["energy"], on = summary_of(dir_ / "on")["energy"];
+  const double put_in = whole.at("work put in [J]").get<double>();
+  for (const char* name :
+       {"work of given motions [J]", "gravity on the soil [J]", "damped [J]", "slid [J]", "work put in [J]"})
+    EXPECT_NEAR(on.at(name).get<double>(), whole.at(name).get<double>(), 1e-6 * put_in) << name;
+  EXPECT_LT(std::abs(on.at("bed closure [J]").get<double>()),
+            std::max(2 * std::abs(whole.at("bed closure [J]").get<double>()), 1e-3 * put_in));
+}
+
 TEST_F(RunContinue, PhysicsChangesOnlyWhereItIsSaid) {
   const std::string mu = "contacts.soil-steel.mu=0.1";
   const std::string said = refusal({mu});
@@ -129,6 +142,54 @@ output: {series every: 5 ms}
   // adams-moulton errs by 2e-8 m by itself; rates of the past left 1e-5 m.
   for (const char* set : {"machine.controllers.pi.integral=0 N/m/s", "machine.forces.spring.stiffness=3000 N/m"})
     EXPECT_NEAR(end_of("adams-moulton", set), end_of("cvode", set), 2e-7) << set;
+}
+
+/// A block of 2 kg slides down a damped guide for 1 s under 10 m/s^2 and then without gravity: v' = g - d v/m. Gravity
+/// gives m g s over the way s of the first second; the damper takes that, less what still moves.
+TEST(RunContinueChanged, EnergiesCountFromTheFirstStart) {
+  const std::string falling = R"(subsoil: 1
+gravity: 10 m/s^2
+machine:
+  bodies: {block: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0 3 m}}
+  joints: {guide: {translational: [ground, block], at: 0 3 m, along: 0 1}}
+  forces: {damper: {drag: block, linear: 4 N s/m}}
+time: {end: 1 s}
+output: {series every: 5 ms}
+)";
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(falling), dir / "first"), exit_ok);
+  ASSERT_EQ(run({.scenario = dir.scenario(falling),
+                 .out = dir / "on",
+                 .sets = {"gravity=0 m/s^2", "time.end=1.5 s"},
+                 .threads = 1,
+                 .changes = {"gravity"},
+                 .from = latest_state(dir / "first").value()}),
+            exit_ok);
+  constexpr double m = 2, g = 10, rate = 4 / m;
+  const double v = g / rate * (1 - std::exp(-rate)), way = (g - v) / rate, at_end = v * std::exp(-0.5 * rate);
+  const Json energy = summary_of(dir / "on")["energy"];
+  EXPECT_NEAR(energy.at("gravity on the machine [J]").get<double>(), m * g * way, 1e-8);
+  EXPECT_NEAR(energy.at("lost in the machine [J]").get<double>(), m * g * way - 0.5 * m * at_end * at_end, 1e-8);
+  EXPECT_NEAR(energy.at("machine closure [J]").get<double>(), 0, 1e-8);
+}
+
+/// States of before do not keep which gravity their potentials are of.
+TEST(RunContinueChanged, ReadsWhereEnergiesOfAnOlderStateCountFrom) {
+  double bed = 1, bed_gravity = 2, machine = 3;
+  Archive older;
+  older("bed", bed)("bed gravity", bed_gravity)("machine potential", machine);
+  EnergyStart start{.gravity = dem::Vec3{0, -1, 0}}, again;
+  Archive written = older.to_read();
+  again.archive(written);
+  written.end();
+  EXPECT_EQ(again.machine_potential, 3);
+  EXPECT_FALSE(again.gravity.has_value());
+  Archive newer;
+  start.archive(newer);
+  Archive read = newer.to_read();
+  again.archive(read);
+  read.end();
+  EXPECT_EQ(again.gravity->y, -1);
 }
 
 /// A machine beside a bed, from the state in the middle: comes to the same bits.
