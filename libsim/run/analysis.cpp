@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/equilibrium/force_jumps.hpp"
 #include "libmbd/forces/bushing.hpp"
 #include "libmbd/forces/rotational_spring_damper.hpp"
 #include "libmbd/forces/spring_damper.hpp"
@@ -22,7 +23,6 @@
 #include "libsim/io/series.hpp"
 #include "libsim/io/series_writer.hpp"
 #include "libsim/run/columns.hpp"
-#include "libsim/run/force_jumps.hpp"
 #include "libsim/run/frames.hpp"
 #include "libsim/setup/world.hpp"
 
@@ -236,12 +236,12 @@ void warn_of_uncertain(const mbd::Machine& machine, const std::vector<mbd::Mode>
     if (modes[i].undetermined) {
       const mbd::Equilibrium& at = *machine.equilibrium();
       const std::vector<std::string> names =
-          jumping(machine.system(), machine.time(), {at.q, at.velocity, at.lambda}, modes[i].shape.real());
+          mbd::jumping(machine.system(), machine.time(), {at.q, at.velocity, at.lambda}, modes[i].shape.real());
       const bool many = names.size() > 1;
       spdlog::warn("warning: mode {} is not determined: at the very state that was found {} or {} infinitely steep: {}",
                    i + 1,
                    names.empty() ? "a force jumps" : fmt::format("{} jump{}", fmt::join(names, ", "), many ? "" : "s"),
-                   many ? "are" : "is", smooth_force);
+                   many ? "are" : "is", mbd::smooth_force);
       continue;
     }
     const double size = std::hypot(2 * std::numbers::pi * modes[i].frequency, modes[i].rate);

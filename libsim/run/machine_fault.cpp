@@ -10,7 +10,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/base/dense.hpp"
-#include "libsim/run/force_jumps.hpp"
+#include "libmbd/equilibrium/force_jumps.hpp"
 #include "libsim/run/overlap_advice.hpp"
 #include "libsim/setup/machine.hpp"
 
@@ -76,12 +76,12 @@ std::string jump_advice(const World& world, double time) {
   std::vector<std::string> names;
   for (const Eigen::VectorXd& way : {s.velocity, s.acceleration}) {
     if (!(way.norm() > 0) || !way.allFinite()) continue;
-    for (const std::string& name : jumping(at.system, s.t, {s.q, s.velocity, s.lambda}, way / way.norm()))
+    for (const std::string& name : mbd::jumping(at.system, s.t, {s.q, s.velocity, s.lambda}, way / way.norm()))
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   if (names.empty()) return {};
   return fmt::format("{} jump{} there, which no method resolves: {}", fmt::join(names, ", "),
-                     names.size() > 1 ? "" : "s", smooth_force);
+                     names.size() > 1 ? "" : "s", mbd::smooth_force);
 }
 
 }  // namespace

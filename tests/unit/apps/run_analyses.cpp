@@ -4,7 +4,7 @@
 #include <memory>
 #include <numbers>
 
-#include "libsim/run/force_jumps.hpp"
+#include "libmbd/equilibrium/force_jumps.hpp"
 #include "libsim/setup/machine.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -514,7 +514,7 @@ TEST(Modes, NameWhatJumps) {
   const auto names = [](const std::string& formula) {
     const std::unique_ptr<mbd::Machine> machine = build_machine(load_scenario_text(block_by(formula)));
     const mbd::MotionState& s = machine->integrator().state();
-    return jumping(machine->system(), 0, {s.q, s.velocity, s.lambda}, Eigen::Vector3d(1, 0, 0));
+    return mbd::jumping(machine->system(), 0, {s.q, s.velocity, s.lambda}, Eigen::Vector3d(1, 0, 0));
   };
   const std::vector<std::string> pd{"controller 'pd'"};
   EXPECT_EQ(names("-800*pos - 30*sign(vel)"), pd);

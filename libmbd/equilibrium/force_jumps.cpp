@@ -1,4 +1,4 @@
-#include "libsim/run/force_jumps.hpp"
+#include "libmbd/equilibrium/force_jumps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,11 +6,11 @@
 
 #include "libmbd/elements.hpp"
 
-namespace subsoil::sim {
+namespace subsoil::mbd {
 namespace {
 
 /// Outputs of controllers, then of each force its largest column.
-std::vector<double> outputs(mbd::System& system, Eigen::VectorXd& loads) {
+std::vector<double> outputs(System& system, Eigen::VectorXd& loads) {
   system.loads(loads);
   std::vector<double> out(system.signals());
   const auto& forces = system.model().forces;
@@ -30,12 +30,12 @@ std::vector<double> outputs(mbd::System& system, Eigen::VectorXd& loads) {
 
 }  // namespace
 
-std::vector<std::string> jumping(const mbd::System& given, double t, const MotionPoint& at,
+std::vector<std::string> jumping(const System& given, double t, const MotionPoint& at,
                                  const Eigen::VectorXd& direction) {
   constexpr double far = 1e-5, shorter = 1e-2;  // of the machine's length, in a second too
   constexpr double most_change = 0.05;          // a finite slope leaves 0.01 over the shorter step, a root 0.1
   constexpr double smallest = 1e-9;             // of the output, else rounding
-  const std::unique_ptr<mbd::System> system = given.copy();
+  const std::unique_ptr<System> system = given.copy();
   Eigen::VectorXd loads = Eigen::VectorXd::Zero(system->coordinates());
   const auto at_shifted = [&](double place, double rate) {
     system->set_state(t, at.q + place * direction, at.velocity + rate * direction);
@@ -66,4 +66,4 @@ std::vector<std::string> jumping(const mbd::System& given, double t, const Motio
   return names;
 }
 
-}  // namespace subsoil::sim
+}  // namespace subsoil::mbd
