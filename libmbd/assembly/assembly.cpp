@@ -187,6 +187,21 @@ Eigen::MatrixXd scaled_jacobian(const System& system, const Constraints& c) {
   return row_scale(system).asDiagonal() * c.jacobian * coordinate_scale(system).cwiseInverse().asDiagonal();
 }
 
+std::vector<PartName> contradicting_parts(const System& system) {
+  constexpr double rounding = 1e-6;  // of the velocities that are asked for
+  if (system.equations() == 0 || system.coordinates() == 0) return {};
+  Constraints c;
+  system.constraints(c);
+  const Eigen::VectorXd asked = row_scale(system).cwiseProduct(c.phi_t);
+  const Eigen::VectorXd off = outside_range(scaled_jacobian(system, c), asked);
+  if (!(off.cwiseAbs().maxCoeff() > rounding * asked.cwiseAbs().maxCoeff())) return {};
+  return owners(system, off);
+}
+
+std::string different_motions(const std::vector<PartName>& parts) {
+  return list(parts) + " depend on each other and ask for different motions from here on";
+}
+
 void refuse_open_joints(System& system, double t, const Eigen::VectorXd& q) {
   if (system.equations() == 0) return;
   Constraints c;

@@ -43,6 +43,11 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
 /// with their residuals.
 void refuse_open_joints(System& system, double t, const Eigen::VectorXd& q);
 
+/// Drivers and joints that no velocities satisfy together at the state set last; none where they agree.
+std::vector<PartName> contradicting_parts(const System& system);
+/// "driver 'b' and driver 'a' depend on each other and ask for different motions from here on"
+std::string different_motions(const std::vector<PartName>& parts);
+
 /// Phi_q with angles scaled to lengths, rows and columns; and the column scale (1 or length) it used.
 Eigen::MatrixXd scaled_jacobian(const System& system, const Constraints& c);
 Eigen::VectorXd coordinate_scale(const System& system);

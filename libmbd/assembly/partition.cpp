@@ -29,15 +29,12 @@ std::string scientific(double value) {
 
 // Redundant constraints that no longer agree: of drivers, or of joints that do not fit.
 std::string parted_constraints(const System& system, const Dependency& dependency) {
-  std::vector<std::string> names{system.owner(dependency.row)};
+  std::vector<PartName> parts{system.part(dependency.row)};
   for (const int on : dependency.on)
-    if (std::find(names.begin(), names.end(), system.owner(on)) == names.end()) names.push_back(system.owner(on));
-  std::string all;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    all += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  const auto is_driver = [&](int row) { return system.part(row).kind == PartName::Kind::driver; };
-  const bool driven = is_driver(dependency.row) || std::any_of(dependency.on.begin(), dependency.on.end(), is_driver);
-  return all + " depend on each other and ask for different motions from here on; " +
+    if (std::find(parts.begin(), parts.end(), system.part(on)) == parts.end()) parts.push_back(system.part(on));
+  const bool driven =
+      std::any_of(parts.begin(), parts.end(), [](const PartName& part) { return part.kind == PartName::Kind::driver; });
+  return different_motions(parts) + "; " +
          (driven ? "drop a driver, or give them the same motion" : "free the constraint that is too many");
 }
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "libmbd/assembly/assembly.hpp"
-#include "libmbd/base/dense.hpp"
 #include "libmbd/equilibrium/force_jumps.hpp"
 #include "libsim/run/overlap_advice.hpp"
 #include "libsim/setup/machine.hpp"
@@ -48,23 +47,6 @@ std::string fed_by(const World& world) {
     return fmt::format("so it is the force: `{}` has put in {:.3g} J up to {:.6g} s",
                        forces[static_cast<std::size_t>(i)].name, work, at.state.t);
   return "so the steps resolve it: a stiffness or damping below zero, gravity or the speed of the start feeds it";
-}
-
-/// "driver 'd' and joint 'lock' ask for different motions", where no velocity agrees with all constraints; else empty.
-std::string contradiction(const mbd::Instant& at) {
-  const mbd::System& system = at.system;
-  if (system.equations() == 0 || system.coordinates() == 0) return {};
-  mbd::Constraints c;
-  system.constraints(c);
-  const Eigen::VectorXd asked = mbd::row_scale(system).cwiseProduct(c.phi_t);
-  const Eigen::VectorXd off = mbd::outside_range(mbd::scaled_jacobian(system, c), asked);
-  const double worst = off.cwiseAbs().maxCoeff();
-  if (!(worst > 1e-6 * asked.cwiseAbs().maxCoeff())) return {};
-  std::vector<std::string> names;
-  for (int row = 0; row < system.equations(); ++row)
-    if (std::abs(off[row]) > 1e-6 * worst && std::find(names.begin(), names.end(), system.owner(row)) == names.end())
-      names.push_back(system.owner(row));
-  return fmt::format("{} ask for different motions", fmt::join(names, " and "));
 }
 
 /// What jumps where the steps have collapsed, within a step of the last state; empty where nothing does.
@@ -119,11 +101,11 @@ std::string machine_fault(const Scenario& s, const World& world, const mbd::Inst
   }
   const double off = std::abs(e.balance());
   if (e.closure() <= s.limits.energy || off <= s.limits.energy * (e.moved + brought)) return {};
-  if (const std::string motions = contradiction(at); !motions.empty())
+  if (const std::vector<mbd::PartName> parts = mbd::contradicting_parts(at.system); !parts.empty())
     return fmt::format(
-        "{} from here on, so the energy balance of the machine is off by {:.3g} J; end the motion of the driver before "
+        "{}, so the energy balance of the machine is off by {:.3g} J; end the motion of the driver before "
         "the joint closes, let it agree with the joint, or open one of them",
-        motions, e.balance());
+        mbd::different_motions(parts), e.balance());
   const std::string force = s.machine ? largest_force(world, s, at) : std::string();
   return fmt::format(
       "the energy balance of the machine is off by {:.3g} J, {:.2g} of the {:.3g} J there or moved, "
