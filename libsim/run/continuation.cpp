@@ -215,7 +215,7 @@ void continue_drivers(World& world, SavedRun& saved, const std::vector<Differenc
   }
 }
 
-void refuse_jumps(const World& world, double time, const std::string& state) {
+void refuse_surface_jumps(const World& world, double time, const std::string& state) {
   if (!world.bed) return;
   for (const coupling::GivenMotion& m : world.motions) {
     const double dt = world.step.soil_step;

@@ -42,6 +42,6 @@ void continue_drivers(World& world, SavedRun& saved, const std::vector<Differenc
 
 /// Throws ScenarioError when a given path stands elsewhere at the state's time than the state does: it would jump.
 /// `world` is restored.
-void refuse_jumps(const World& world, double time, const std::string& state);
+void refuse_surface_jumps(const World& world, double time, const std::string& state);
 
 }  // namespace subsoil::sim

@@ -44,7 +44,7 @@ RunLoop::RunLoop(const Loaded& loaded, const RunRequest& request, Stepper& stepp
       physics_(output_),
       start_time_(simulation_.time()),
       steps_(stepper.steps()) {
-  if (saved) refuse_jumps(world_, simulation_.time(), request_.from.string()), begun_by_ = begun_by(*saved);
+  if (saved) refuse_surface_jumps(world_, simulation_.time(), request_.from.string()), begun_by_ = begun_by(*saved);
   output_.crossings = std::make_unique<Crossings>(loaded_, output_.columns);
   // A run shorter than a step has an end of its own.
   output_.close = std::max(std::min(stepper_.close(), 1e-3 * s_.time.end), 1e-15 * s_.time.end);

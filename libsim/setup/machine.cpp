@@ -230,7 +230,7 @@ bool has_pole(const mbd::Function& f, const mbd::Jump& jump, double from, double
 }
 
 /// A body has a mass: what moves it has a continuous velocity. Integrators would step across a jump.
-void refuse_jumps(const Loaded& loaded, const mbd::Model& model, const MachineStart& start) {
+void refuse_velocity_jumps(const Loaded& loaded, const mbd::Model& model, const MachineStart& start) {
   const Scenario& s = loaded.scenario;
   if (!s.runs_in_time()) return;
   const double from = std::max(model.start_time, start.time), until = s.time.end;
@@ -336,13 +336,13 @@ std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded, const MachineS
   try {
     auto machine = std::make_unique<mbd::Machine>(std::move(model), options);
     add_measures(*machine, loaded);
-    if (!continues) refuse_jumps(loaded, machine->system().model(), start);
+    if (!continues) refuse_velocity_jumps(loaded, machine->system().model(), start);
     if (starts_in_equilibrium(s))
       machine->start_from_towing_equilibrium(s.machine->start.speed);
     else
       machine->start_from_pose();
     for (std::size_t i = 0; i < motions.size(); ++i) machine->system().set_motion(i, motions[i]);
-    if (continues) refuse_jumps(loaded, machine->system().model(), start);
+    if (continues) refuse_velocity_jumps(loaded, machine->system().model(), start);
     refuse_vanishing_distances(loaded, machine->system().model(), start);
     return machine;
   } catch (const ScenarioError&) {
