@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <map>
@@ -230,22 +231,32 @@ void warn_of_far_pose(const Scenario& s, const mbd::Machine& machine) {
 }
 
 /// Modes whose derivatives are not determined: a law has a corner at the state itself, or none.
-void warn_of_uncertain(const mbd::Machine& machine, const std::vector<mbd::Mode>& modes) {
+void warn_of_undetermined(const mbd::Machine& machine, const std::vector<mbd::Mode>& modes) {
+  const mbd::Equilibrium& at = *machine.equilibrium();
+  std::vector<std::size_t> which;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (!modes[i].undetermined) continue;
+    which.push_back(i + 1);
+    for (const std::string& name :
+         mbd::jumping(machine.system(), machine.time(), {at.q, at.velocity, at.lambda}, modes[i].shape.real()))
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  if (which.empty()) return;
+  const bool many = names.size() > 1;
+  spdlog::warn("warning: {} {} not determined: at the very state that was found {} or {} infinitely steep: {}",
+               which.size() > 1 ? fmt::format("modes {}", fmt::join(which, ", ")) : fmt::format("mode {}", which[0]),
+               which.size() > 1 ? "are" : "is",
+               names.empty() ? "a force jumps" : fmt::format("{} jump{}", fmt::join(names, ", "), many ? "" : "s"),
+               many ? "are" : "is", mbd::smooth_force);
+}
+
+/// Modes at a corner of a law, which has two stiffnesses there.
+void warn_of_uncertain(const std::vector<mbd::Mode>& modes) {
   constexpr double share = 1e-3;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    if (modes[i].undetermined) {
-      const mbd::Equilibrium& at = *machine.equilibrium();
-      const std::vector<std::string> names =
-          mbd::jumping(machine.system(), machine.time(), {at.q, at.velocity, at.lambda}, modes[i].shape.real());
-      const bool many = names.size() > 1;
-      spdlog::warn("warning: mode {} is not determined: at the very state that was found {} or {} infinitely steep: {}",
-                   i + 1,
-                   names.empty() ? "a force jumps" : fmt::format("{} jump{}", fmt::join(names, ", "), many ? "" : "s"),
-                   many ? "are" : "is", mbd::smooth_force);
-      continue;
-    }
     const double size = std::hypot(2 * std::numbers::pi * modes[i].frequency, modes[i].rate);
-    if (modes[i].error <= share * size) continue;
+    if (modes[i].undetermined || modes[i].error <= share * size) continue;
     spdlog::warn(
         "warning: mode {} is known to +-{:.2g} of itself only: a contact, stop or friction changes its law at the very "
         "state that was found, and has two stiffnesses there; load it a little, or take it away",
@@ -340,7 +351,8 @@ int run_analysis(const Loaded& loaded, const RunRequest& request) {
     summary["equilibrium"] = equilibrium_json(machine, speed, mbd::stability(modes));
     summary["equilibrium"]["pose"] = poses["pose"];
     print_equilibrium(summary["equilibrium"]);
-    warn_of_uncertain(machine, modes);
+    warn_of_undetermined(machine, modes);
+    warn_of_uncertain(modes);
     if (s.analysis == Analysis::modes) {
       summary["modes"] = modes_json(machine.system(), modes);
       write_modes(request.out / "modes.csv", machine.system(), modes);

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
+#include <spdlog/sinks/ostream_sink.h>
 
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <sstream>
 
 #include "libmbd/equilibrium/force_jumps.hpp"
 #include "libsim/setup/machine.hpp"
@@ -522,6 +524,30 @@ TEST(Modes, NameWhatJumps) {
   EXPECT_EQ(names("-30*sign(pos)"), pd);
   for (const char* smooth : {"-800*pos", "-800*pos - 200*abs(pos)", "-800*pos - 10*vel*abs(vel)", "5 + 0*pos"})
     EXPECT_TRUE(names(smooth).empty()) << smooth;
+}
+
+/// Two blocks that the same force jumps on: the first mode is free, two hang on the force and have one warning.
+TEST(Modes, UndeterminedOnesAreListedOnce) {
+  std::string text = block_by("-800*pos - 30*sign(vel)");
+  const auto insert = [&](const std::string& before, const std::string& more) {
+    text.insert(text.find(before) + before.size(), more);
+  };
+  insert("bodies: {", "other: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 1 m}, ");
+  insert("joints: {", "rail: {translational: [ground, other], at: 0 1 m, along: 1 0}, ");
+  insert("forces: {", "pull: {force: other, controller: pd}, ");
+  const RunDirectory dir;
+  std::ostringstream said;
+  const std::shared_ptr<spdlog::logger> usual = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_st>(said)));
+  spdlog::set_level(spdlog::level::warn);
+  const int code = run({.scenario = dir.scenario(text), .out = dir / "out", .sets = {"analysis=modes"}, .threads = 1});
+  spdlog::set_default_logger(usual);
+  ASSERT_EQ(code, exit_ok);
+  const std::string warned = said.str();
+  EXPECT_TRUE(holds(warned, "warning: modes 2, 3 are not determined")) << warned;
+  EXPECT_TRUE(holds(warned, "controller 'pd' jumps")) << warned;
+  EXPECT_EQ(warned.find("not determined"), warned.rfind("not determined")) << warned;
 }
 
 /// Two locked cylinders in series: the oil of both is a spring, whatever the masses are.
