@@ -23,12 +23,14 @@ double half_width_in(std::span<const double> time, std::span<const double> x, co
                      const WindowRows& rows) {
   BlockMean mean;
   if (kind == RowKind::equal) {
-    for (std::size_t i = rows.begin; i < rows.end; ++i) mean.add(1, x[i]);
+    for (std::size_t i = rows.begin; i < rows.end; ++i)
+      if (!std::isnan(x[i])) mean.add(1, x[i]);
     return mean.interval();
   }
   for (std::size_t i = rows.weighed; i + 1 < rows.weighed + rows.weights.size(); ++i) {
     const double from = std::max(time[i], window.from), until = std::min(time[i + 1], window.until);
     if (!(until > from)) continue;
+    if (std::isnan(x[i + 1]) || (kind == RowKind::instant && std::isnan(x[i]))) continue;
     const double share = (0.5 * (from + until) - time[i]) / (time[i + 1] - time[i]);
     mean.add(until - from, kind == RowKind::mean ? x[i + 1] : x[i] + share * (x[i + 1] - x[i]));
   }
@@ -39,7 +41,8 @@ double half_width_in(std::span<const double> time, std::span<const double> x, co
 
 double WindowRows::integral(std::span<const double> values) const {
   double sum = 0;
-  for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * values[weighed + k];
+  for (std::size_t k = 0; k < weights.size(); ++k)
+    if (weights[k] != 0) sum += weights[k] * values[weighed + k];
   return sum;
 }
 
@@ -72,12 +75,20 @@ WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKi
 WindowStatistics statistics(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
                             RowKind kind) {
   WindowStatistics out;
-  const WindowRows rows = rows_in(time, window, kind);
+  WindowRows rows = rows_in(time, window, kind);
+  for (std::size_t k = 0; k < rows.weights.size(); ++k)
+    if (std::isnan(values[rows.weighed + k])) rows.weights[k] = 0;
+  if (!(rows.duration() > 0)) {
+    rows.weighed = rows.begin, rows.weights.clear();
+    for (std::size_t i = rows.begin; i < rows.end; ++i) rows.weights.push_back(std::isnan(values[i]) ? 0 : 1);
+  }
   const std::span<const double> x = values.subspan(rows.begin, rows.count());
-  out.rows = x.size();
-  if (x.empty()) return out;
+  out.rows = static_cast<std::size_t>(std::count_if(x.begin(), x.end(), [](double v) { return !std::isnan(v); }));
+  if (out.rows == 0) return out;
   // A mean is of the time before its row: that of a row at the window's begin lies outside.
-  const std::size_t first = kind == RowKind::mean && x.size() > 1 && time[rows.begin] <= window.from ? 1 : 0;
+  std::size_t first = kind == RowKind::mean && x.size() > 1 && time[rows.begin] <= window.from ? 1 : 0;
+  while (first < x.size() && std::isnan(x[first])) ++first;
+  if (first == x.size()) first = 0;  // the only value stands at the begin
   out.least = out.largest = x[first];
   out.least_time = out.largest_time = time[rows.begin + first];
   for (std::size_t i = first; i < x.size(); ++i) {
@@ -88,10 +99,10 @@ WindowStatistics statistics(std::span<const double> time, std::span<const double
   std::vector<double> squares(values.begin(), values.end());
   for (double& v : squares) v = (v - out.mean) * (v - out.mean);
   const double variance = rows.integral(squares) / rows.duration();
-  const auto n = static_cast<double>(x.size());
+  const auto n = static_cast<double>(out.rows);
   out.deviation = std::sqrt(kind == RowKind::equal && n > 1 ? variance * n / (n - 1) : variance);
   const bool constant = variance <= 1e-24 * out.mean * out.mean;
-  out.half_width = constant && x.size() > 1 ? 0 : half_width_in(time, values, window, kind, rows);
+  out.half_width = constant && out.rows > 1 ? 0 : half_width_in(time, values, window, kind, rows);
   return out;
 }
 
@@ -110,6 +121,7 @@ Samples samples_in(std::span<const double> time, std::span<const double> values,
   Samples out;
   std::vector<double> t;
   for (std::size_t i = means ? std::max<std::size_t>(rows.begin, 1) : rows.begin; i < rows.end; ++i) {
+    if (std::isnan(values[i])) continue;
     t.push_back(means ? 0.5 * (time[i - 1] + time[i]) : time[i]);
     out.values.push_back(values[i]);
   }

@@ -31,7 +31,8 @@ struct WindowRows {
 };
 WindowRows rows_in(std::span<const double> time, const TimeWindow& window, RowKind kind);
 
-/// Mean, spread and extremes of the rows of a series that lie in a window. NaN where the window holds no row.
+/// Mean, spread and extremes of the rows of a series that lie in a window. Rows without a value, as the first of a
+/// derivative, do not count. NaN where the window holds no other.
 struct WindowStatistics {
   std::size_t rows = 0;
   double mean = std::numeric_limits<double>::quiet_NaN();

@@ -310,6 +310,21 @@ TEST(Asabe, SpansItsSoilsAndItsScatter) {
   EXPECT_NEAR(band.low, 0.5 * 0.45 * 8130, 1e-6);
 }
 
+/// A derivative has no value at its first row: mean and extremes are of the others.
+TEST(Statistics, RowsWithoutAValueDoNotCount) {
+  const double nan = std::nan("");
+  const std::vector<double> time{0, 1, 2, 3}, slope{nan, 1, 3, 2}, nothing{nan, nan, nan, nan};
+  for (const RowKind kind : {RowKind::instant, RowKind::mean, RowKind::equal}) {
+    const WindowStatistics s = statistics(time, slope, {0, 3, ""}, kind);
+    EXPECT_EQ(s.rows, 3U);
+    EXPECT_EQ(s.least, 1);
+    EXPECT_EQ(s.largest, 3);
+    EXPECT_EQ(s.largest_time, 2);
+    EXPECT_NEAR(s.mean, 2, 1e-15) << "(1 + 3 + 2)/3, and by trapezia (1 + 3 + 2/2)/2.5";
+    EXPECT_EQ(statistics(time, nothing, {0, 3, ""}, kind).rows, 0U);
+  }
+}
+
 /// Formulas of draft stand beside that of a tool that is drawn along, and not of one that turns in place.
 TEST(ModelBands, AreOfToolsThatTravel) {
   RunFolder run;
