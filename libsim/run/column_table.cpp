@@ -174,8 +174,10 @@ const ColumnFamily<SurfaceRecord> servo_columns{"BOUNDARY", Taken::step, servos,
 const ColumnFamily<SoilAsWhole> draft_columns{
     "soil", Taken::step, drafts,
     "with a machine: the soil's force on all its bodies. Draft is against the travel along x: minus the sum of Fx in a "
-    "travel towards +x, the sum in one towards -x. The travel is that of the drivers from begin to end, or without one "
-    "that of the velocity at the start, from rest of the acceleration. Lift is upward, the sum of Fy"};
+    "travel towards +x, the sum in one towards -x. The travel is that of the bodies with surfaces by drivers of an x "
+    "and "
+    "along slides, net from begin to end. Below a tenth of the way it is that of the velocity at the start, from rest "
+    "of the acceleration. Lift is upward, the sum of Fy"};
 const ColumnFamily<SoilAsWhole> bed_columns{
     "", Taken::sample, bed,
     "the bed's energy balance: kinetic, of rotation (spin), potential (gravity), stored in contacts, damped, slid, "

@@ -450,7 +450,7 @@ void look_at_gravity_across(const Loaded& loaded, const World& world, Texts& out
 /// Its window never moves.
 void look_at_moving_soil(const Loaded& loaded, const World& world, Texts& out) {
   if (!world.moving) return;
-  double way = way_of_drivers(loaded.scenario);
+  double way = way_of_drivers(loaded.scenario, world);
   for (const coupling::GivenMotion& m : world.motions)
     if (m.boundary == world.moving->boundary) way = m.pose(loaded.scenario.time.end).position.x - m.pose(0).position.x;
   if (way * world.moving->window.plan().direction < 0)

@@ -174,6 +174,44 @@ TEST(RunInputs, AToolThatIsPushedFromRestHasADirection) {
   EXPECT_EQ(travel(with(pushed, "0.2 0.1 m}", "0.2 0.1 m, velocity: 1 0 m/s}")), 1) << "its speed first";
 }
 
+/// What comes back to its start has no way, whatever rounding leaves of it: the speed at the start decides. A tool that
+/// is driven along a slide goes as its carriage and the slide do together.
+TEST(RunInputs, TheWayOfDriversIsNetAndOfTheTool) {
+  const auto travel = [](const std::string& text) {
+    return build_world(load_scenario_text(text, "case.yaml"), {.threads = 1, .settle = false}).travel;
+  };
+  const auto driven = [](const std::string& motion) {
+    return with(pushed, "forces: {push: {force: tool, along x: -40 N}}",
+                "drivers: {tow: {coordinate: tool.x, " + motion + "}}");
+  };
+  const auto swing = [&](const char* amplitude, const char* end) {
+    return with(
+        driven(std::string("position: {harmonic: {mean: 200 mm, amplitude: ") + amplitude + ", frequency: 5 Hz}}"),
+        "time: {end: 0.1 s}", std::string("time: {end: ") + end + "}");
+  };
+  for (const char* end : {"0.1 s", "0.2 s", "0.3 s"}) {
+    EXPECT_EQ(travel(swing("40 mm", end)), 1) << end;
+    EXPECT_EQ(travel(swing("-40 mm", end)), -1) << end;
+  }
+  EXPECT_EQ(travel(swing("40 mm", "0.15 s")), -1) << "sin(1.5 pi) = -1";
+  EXPECT_EQ(travel(driven("velocity: -0.1 m/s")), -1);
+  const auto carried = [&](const char* cylinder) {
+    std::string text = driven("velocity: 0.2 m/s");
+    text = with(text, "bodies: {tool:", "bodies: {frame: {mass: 20 kg, inertia: 1 kg m^2, at: 0.2 0.3 m}, tool:");
+    text = with(text, "coordinate: tool.x", "coordinate: frame.x");
+    text = with(text,
+                "joints: {guide:", "joints: {slide: {translational: [frame, tool], at: 0.2 0.1 m, along: 1 0}, guide:");
+    text = with(text, "guide: {translational: [ground, tool], at: 0.2 0.1 m",
+                "guide: {translational: [ground, frame], at: 0.2 0.3 m");
+    return with(text, "drivers: {",
+                std::string("drivers: {cylinder: {slide: [frame, tool], at: 0.2 0.1 m, along: 1 0, velocity: ") +
+                    cylinder + "}, ");
+  };
+  EXPECT_EQ(travel(carried("-1 m/s")), -1);
+  EXPECT_EQ(travel(carried("-0.1 m/s")), 1);
+  EXPECT_EQ(travel(carried("1 m/s")), 1);
+}
+
 /// The window of a moving bed goes one way, which is that of what it follows.
 TEST(RunInputs, AMovingBedAgainstItsToolIsNamed) {
   std::string text =
