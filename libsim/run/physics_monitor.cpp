@@ -6,6 +6,7 @@
 
 #include "libsim/run/machine_fault.hpp"
 #include "libsim/run/restart.hpp"
+#include "libsim/run/run_summary.hpp"
 
 namespace subsoil::sim {
 
@@ -52,10 +53,16 @@ void PhysicsMonitor::take_up(const SavedRun& saved, bool changed) {
 void PhysicsMonitor::before_step(bool, StepRequest& request) {
   o_.now.first = o_.steps == 0 && !begun_;
   request.energies |= o_.now.first;
+  o_.now.energies = request.energies;
 }
 
 bool PhysicsMonitor::after_step() {
   if (o_.now.first) begin();
+  if (o_.world.bed && o_.now.energies) {
+    balance_ = energy_balance(start_, o_.world, o_.simulation,
+                              o_.world.machine ? o_.world.machine->energy() : mbd::MachineEnergy{});
+    balance_["time [s]"] = o_.now.t;
+  }
   return !o_.now.row || !(o_.fails(machine_fault(o_.s, o_.world)) || physics_fails());
 }
 

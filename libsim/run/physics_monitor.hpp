@@ -1,5 +1,6 @@
 #pragma once
 #include "libdem/base/archive.hpp"
+#include "libsim/base/json.hpp"
 #include "libsim/run/body_watch.hpp"
 #include "libsim/run/physics_watch.hpp"
 #include "libsim/run/run_output.hpp"
@@ -26,6 +27,9 @@ class PhysicsMonitor : public StepObserver {
   double deepest() const { return deepest_; }  ///< overlap, m
   double fastest() const { return fastest_; }  ///< sphere, m/s
 
+  /// The energy balance of the last instant at which the bed's energies were taken, with its time; null before.
+  const Json& balance() const { return balance_; }
+
   void archive(Archive& a) {
     a("physics", physics_)("bodies", bodies_)("deepest", deepest_)("fastest", fastest_)("start", start_);
   }
@@ -38,6 +42,7 @@ class PhysicsMonitor : public StepObserver {
   PhysicsWatch physics_;
   BodyWatch bodies_;
   EnergyStart start_;
+  Json balance_;
   bool begun_ = false, changed_ = false;
   double deepest_ = 0, fastest_ = 0;
 };

@@ -91,6 +91,7 @@ class RunLoop : private StepObserver {
   void attempt(int& code, const std::function<void()>& action);
 
   void finish(int& code);
+  void write_energy(int code);
 
   /// What only the end of a run knows.
   void warn_of_missing(const PouredSoil& one);

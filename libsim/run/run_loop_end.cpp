@@ -117,6 +117,20 @@ void RunLoop::attempt(int& code, const std::function<void()>& action) {
   }
 }
 
+// A step that fails leaves the machine in a trial of it and the soil before it: the balance is that of the last instant
+// at which all of it was taken.
+void RunLoop::write_energy(int code) {
+  if (code == exit_failed && world_.bed && !physics_.balance().is_null()) {
+    summary_->section("energy") = physics_.balance();
+    return;
+  }
+  // Of the run's last instant, which a crossing may have set inside a step.
+  Json balance = energy_balance(physics_.energy_start(), world_, simulation_,
+                                world_.machine ? world_.machine->energy(samples_->machine()) : mbd::MachineEnergy{});
+  balance["time [s]"] = output_.reached;
+  summary_->section("energy") = std::move(balance);
+}
+
 void RunLoop::finish(int& code) {
   live_.close();
   if (code == exit_failed) lock_.free_reserve();
@@ -135,9 +149,7 @@ void RunLoop::finish(int& code) {
                     s_, request_, world_);
   if (world_.machine) write_events(*summary_, *world_.machine);
   output_.crossings->write(*summary_);
-  // Of the run's last instant, which a crossing may have set inside a step.
-  write_energy(*summary_, physics_.energy_start(), world_, simulation_,
-               world_.machine ? world_.machine->energy(samples_->machine()) : mbd::MachineEnergy{});
+  write_energy(code);
   if (!tools_.progress().tools().empty()) write_tools(*summary_, tools_.progress());
   if (code != exit_failed)
     write_disturbance(*summary_, tools_.progress(), request_.out, s_, tools_.walls().any_reached());

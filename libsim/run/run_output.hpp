@@ -45,9 +45,10 @@ struct RunOutput {
   struct Now {  ///< the instant at which the step begins
     double t = 0;
     int signal = 0;
-    bool last = false;   ///< of the run
-    bool row = false;    ///< a row is due at it
-    bool first = false;  ///< of all
+    bool last = false;      ///< of the run
+    bool row = false;       ///< a row is due at it
+    bool first = false;     ///< of all
+    bool energies = false;  ///< the bed's are taken at it
   } now;
   double reached = 0;     ///< s
   bool stops = false;     ///< a crossing ends the run at the next instant

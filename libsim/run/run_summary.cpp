@@ -16,9 +16,9 @@
 
 namespace subsoil::sim {
 
-void write_energy(Summary& summary, const EnergyStart& start, const World& world,
-                  const coupling::Simulation& simulation, const mbd::MachineEnergy& of_machine) {
-  auto& e = summary.section("energy");
+Json energy_balance(const EnergyStart& start, const World& world, const coupling::Simulation& simulation,
+                    const mbd::MachineEnergy& of_machine) {
+  Json e;
   double error = 0, put_in = 0;
   const auto take_in = [&](const char* name, double work) {
     e[name] = work;
@@ -80,6 +80,7 @@ void write_energy(Summary& summary, const EnergyStart& start, const World& world
   e["closure [J]"] = error;
   e["work put in [J]"] = put_in;
   e["closure over work put in"] = put_in > 0 ? error / put_in : 0.0;
+  return e;
 }
 
 namespace {

@@ -25,8 +25,9 @@ struct RunFacts {
 
 void write_run_section(Summary& summary, const RunFacts& facts, const Scenario& scenario, const RunRequest& request,
                        const World& world);
-void write_energy(Summary& summary, const EnergyStart& start, const World& world,
-                  const coupling::Simulation& simulation, const mbd::MachineEnergy& of_machine);
+/// The energy balance of an instant at which the bed's energies are taken.
+Json energy_balance(const EnergyStart& start, const World& world, const coupling::Simulation& simulation,
+                    const mbd::MachineEnergy& of_machine);
 /// Where fibres lay at the start and lie now, and what they did to surfaces in the window.
 void write_fibres(Summary& summary, const World& world, const FibreDrag& drag);
 /// What inlets have poured.

@@ -18,6 +18,7 @@ void StepSamples::before_step(bool spheres_changed, StepRequest& request) {
   const bool window = stood_ && (o_.rows->wait() || o_.sample_due.next() < t + o_.simulation.window_length());
   request.instant |= sample || window || o_.crossings->any() || o_.columns.needs_every_step();
   request.energies |= sample || window;
+  o_.now.energies = request.energies;
   if (!frame) return;
   request.snapshot = o_.frames->begin(t);
   request.contacts = o_.frames->contacts();

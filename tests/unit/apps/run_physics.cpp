@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "libsim/io/hdf5.hpp"
+#include "libsim/io/series.hpp"
 #include "libsim/run/input_report.hpp"
 #include "libsim/setup/world.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -527,6 +528,42 @@ output: {{series every: 1 ms, series digits: all}}
     EXPECT_NEAR(rows.at("tool.x").back(), 0.304, 1e-9);
     EXPECT_NEAR(rows.at("feed.force").back(), 0, 1e-4);
   }
+}
+
+/// A tine is driven into soft soil until the limit of the overlap stops the run between two rows: all terms of the
+/// balance are of the row before it.
+TEST(PhysicsWatch, TheBalanceOfARunThatStopsIsOfOneInstant) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - {between: [soil, soil], law: linear, k_n: 6 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
+  - {between: [soil, steel], law: linear, k_n: 6 kN/m, restitution: 0.4, mu: 0.3, mu_r: 0.2}
+soil:
+  container: {size: 0.3 0.12 0.08 m, at: -0.15 -0.06 -0.04 m, material: steel}
+  bed: {fill: lattice, pitch: 20 mm, material: soil, radius: 10 mm, region: {size: 0.3 0.06 0.08 m, at: -0.15 -0.06 -0.04 m}, inside machine: carve}
+machine:
+  bodies: {tine: {mass: 20 kg, inertia: 1 kg m^2, at: -0.1 0.1 m}}
+  joints: {g: {translational: [ground, tine], at: -0.1 0.1 m, along: 1 0}}
+  drivers: {x: {coordinate: tine.x, velocity: 1.5 m/s}}
+  surfaces: {shank: {body: tine, material: steel, box: 20 240 30 mm, at: 0 -10 0 mm}}
+time: {end: 0.3 s}
+output: {series every: 40 ms}
+)");
+  ASSERT_EQ(run_scenario(text, dir / "out"), exit_failed);
+  const nlohmann::json summary = summary_of(dir / "out"), &e = summary["energy"];
+  const double stopped = summary["run"]["simulated [s]"], at = e["time [s]"];
+  const Series rows = read_series(dir / "out/series.csv");
+  const auto last = [&](const char* column) { return rows.at(column).back(); };
+  ASSERT_GT(stopped, at + 1e-3) << "the run stops between two rows";
+  EXPECT_NEAR(at, last("time"), 1e-3);
+  const double step = 1.5 * 1e-3 * std::abs(last("tine.soil.Fx")) + 0.02 * last("energy.driver work");
+  EXPECT_NEAR(e["work of drivers [J]"].get<double>(), last("energy.driver work"), step);
+  const double lost = e["damped [J]"].get<double>() + e["slid [J]"].get<double>() + e["rolled [J]"].get<double>();
+  const double there = last("soil.kinetic") + last("soil.spin") + last("soil.stored");
+  EXPECT_NEAR(e["work of drivers [J]"].get<double>() + e["gravity on the soil [J]"].get<double>(), lost + there, step)
+      << "what is put in is there or lost";
+  EXPECT_FALSE(e.contains("work of fixed spheres that move [J]")) << "there are none";
 }
 
 }  // namespace
