@@ -76,7 +76,24 @@ Disturbance disturbance_of(const std::filesystem::path& path) {
                         run.number({"window", "from [s]"}));
 }
 
-Json disturbance_json(const Disturbance& d, double draft, double half_width) {
+SpecificDraft specific_draft(const ToolPath& tool, const Furrow& furrow, const std::vector<ToolDraft>& drafts,
+                             const TimeWindow& window) {
+  const SpecificDraft none{std::nan(""), std::nan("")};
+  double sum = 0, variance = 0;
+  bool any = false;
+  for (const ToolDraft& one : drafts) {
+    if (one.direction.empty()) continue;
+    for (const ToolDraft& other : drafts)
+      if (other.direction.size() == 2 && other.direction[1] == one.direction[1] &&
+          other.direction[0] != one.direction[0])
+        return none;
+    any = true, sum += one.mean, variance += one.half_width * one.half_width;
+  }
+  if (!any || !(furrow.disturbed_area > 0) || tool.share_out(window.from, window.until) > most_out_of_soil) return none;
+  return {sum / furrow.disturbed_area, std::sqrt(variance) / furrow.disturbed_area};
+}
+
+Json disturbance_json(const Disturbance& d, const std::vector<ToolDraft>& drafts, const TimeWindow& window) {
   Json out;
   if (d.tool) {
     out["tool"] = d.tool->names;
@@ -103,9 +120,9 @@ Json disturbance_json(const Disturbance& d, double draft, double half_width) {
   out["loosened: rise of porosity above"] = Furrow::loosening;
   out["swell"] = f.swell;
   if (f.disturbed_area > 0) {
-    out["specific draft [N/m2]"] = json_number(draft / f.disturbed_area);
-    const double interval = std::isfinite(draft) ? half_width / f.disturbed_area : draft;
-    out["specific draft, interval 95 % [N/m2]"] = json_number(interval);
+    const SpecificDraft specific = specific_draft(*d.tool, f, drafts, window);
+    out["specific draft [N/m2]"] = json_number(specific.value);
+    out["specific draft, interval 95 % [N/m2]"] = json_number(specific.half_width);
   }
   out["layers"] = layers_json(f);
   out["profile"] = {{fmt::format("{} [m]", f.across), known(f.z)},

@@ -63,7 +63,7 @@ void choose(const SurfaceSamples& file, const std::map<std::string, std::string>
 }
 
 void follow(const SurfaceSamples& file, ToolPath& tool) {
-  tool.tip.clear(), tool.depth.clear(), tool.rear.clear();
+  tool.tip.clear(), tool.depth.clear(), tool.rear.clear(), tool.times = file.times();
   for (std::size_t f = 0; f < file.times().size(); ++f) {
     double low = far, tip = 0, rear = far;
     for (const std::size_t s : tool.surfaces) {
@@ -91,6 +91,23 @@ double middle_along(const SurfaceSamples& file, const ToolPath& tool, std::size_
     for (std::size_t i = 0; i + 2 < v.size(); i += 3) sum += v[i + axis], ++count;
   }
   return sum / count;
+}
+
+/// Share of an interval in which a depth that changes linearly is above 0.
+double share_below(double first, double second) {
+  if (first > 0 && second > 0) return 1;
+  const double deeper = std::max(first, second);
+  return deeper > 0 ? deeper / std::abs(second - first) : 0;
+}
+
+void take_travel(const SurfaceSamples& file, ToolPath& tool) {
+  double way = 0, time = 0, before = middle_along(file, tool, 0, tool.axis);
+  for (std::size_t f = 1; f < tool.times.size(); ++f) {
+    const double now = middle_along(file, tool, f, tool.axis), share = share_below(tool.depth[f - 1], tool.depth[f]);
+    way += share * (now - before), time += share * (tool.times[f] - tool.times[f - 1]);
+    before = now;
+  }
+  tool.travel = std::abs(way), tool.speed = time > 0 ? tool.travel / time : 0;
 }
 
 /// Across the travel, within the periodic sides.
@@ -156,6 +173,20 @@ void measure(const SurfaceSamples& file, const dem::PeriodicCell& cell, ToolPath
 
 }  // namespace
 
+double ToolPath::share_out(double from, double until) const {
+  double all = 0, below = 0;
+  for (std::size_t f = 1; f < times.size(); ++f) {
+    const double begin = std::max(from, times[f - 1]), end = std::min(until, times[f]);
+    if (!(end > begin)) continue;
+    const auto depth_at = [&](double t) {
+      const double share = (t - times[f - 1]) / (times[f] - times[f - 1]);
+      return depth[f - 1] + share * (depth[f] - depth[f - 1]);
+    };
+    all += end - begin, below += (end - begin) * share_below(depth_at(begin), depth_at(end));
+  }
+  return all > 0 ? 1 - below / all : 0;
+}
+
 double ToolPath::tip_at(const std::vector<double>& times, double time) const {
   if (time <= times.front()) return tip.front();
   for (std::size_t i = 1; i < times.size(); ++i)
@@ -179,8 +210,7 @@ std::optional<ToolPath> tool_path(const SurfaceSamples& file, double soil_surfac
   tool.axis = std::abs(way(2)) > std::abs(way(0)) ? 2 : 0;
   tool.direction = way(tool.axis) < 0 ? -1 : 1;
   follow(file, tool);
-  tool.travel = std::abs(way(tool.axis));
-  tool.speed = tool.travel / (file.times().back() - file.times().front());
+  take_travel(file, tool);
   measure(file, cell, tool);
   return tool;
 }

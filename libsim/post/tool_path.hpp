@@ -22,13 +22,18 @@ struct ToolPath {
   double middle = 0;               ///< of its width, across the axis, m
   double width = 0;                ///< extent of what is below the surface in the frame of the greatest depth, m
   std::vector<double> widths;      ///< of the tools that stand apart in it, m: two shanks side by side are two
-  double travel = 0;               ///< of the mean of the tool's vertices along the axis over the record, m, >= 0
-  double speed = 0;                ///< mean over the record, m/s
+  /// Of the mean of the tool's vertices along the axis while the tip is below the surface, m, >= 0: between two frames
+  /// the depth is linear.
+  double travel = 0;
+  double speed = 0;           ///< mean over that time, m/s
+  std::vector<double> times;  ///< of the frames, s
   /// Angles against the horizontal of the chords from the tip to the tool's front face at heights from a quarter of the
   /// depth up to the surface: minimum and maximum, rad.
   double rake_low = 0, rake_high = 0;
 
   std::size_t across() const { return 2 - axis; }
+  /// Share of the frames' time between two instants in which the tip is not below the surface; 0 without such time.
+  double share_out(double from, double until) const;
   /// tip at a time, linear between frames.
   double tip_at(const std::vector<double>& times, double time) const;
 };

@@ -136,6 +136,25 @@ std::optional<WindowStatistics> draft_of(const RunFolder& run) {
   return {};
 }
 
+std::vector<ToolDraft> drafts_of(const RunFolder& run) {
+  std::vector<ToolDraft> out;
+  if (!run.series || !run.summary.is_object() || !run.summary.contains("tools")) return out;
+  for (const auto& [name, tool] : run.summary["tools"].items()) {
+    const std::string direction = run.text({"tools", name, "direction"});
+    if (direction.size() != 2) continue;
+    const std::string ending = direction[1] == 'x' ? ".Fx" : ".Fz", of_body = name + ".soil" + ending;
+    const std::string column = run.column(of_body) >= 0 ? of_body : name + ending;
+    const int found = run.column(column);
+    WindowStatistics rows;
+    if (found >= 0)
+      rows = statistics(run.series->at("time"), run.series->values[static_cast<std::size_t>(found)], run.window,
+                        run.kind_of(static_cast<std::size_t>(found)));
+    const WindowNumbers n = run.window_numbers(column, rows);
+    out.push_back({name, direction, direction[0] == '+' ? -n.mean : n.mean, n.half_width});
+  }
+  return out;
+}
+
 std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& tool,
                                           const std::optional<Furrow>& furrow) {
   std::vector<ReportNumber> out;
@@ -163,9 +182,9 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   add("furrow", "disturbed area", "m^2", furrow->disturbed_area, none, ends);
   add("furrow", "loosened area", "m^2", furrow->loosened_area, none, ends);
   add("furrow", "swell over the disturbed area", "1", furrow->swell, none, ends);
-  if (const double draft = run.number({"disturbance", "specific draft [N/m2]"}); std::isfinite(draft))
-    add("specific draft", "mean draft over disturbed area", "N/m^2", draft,
-        run.number({"disturbance", "specific draft, interval 95 % [N/m2]"}), run.window);
+  if (const SpecificDraft specific = specific_draft(tool, *furrow, drafts_of(run), run.window);
+      std::isfinite(specific.value))
+    add("specific draft", "mean draft over disturbed area", "N/m^2", specific.value, specific.half_width, run.window);
   return out;
 }
 

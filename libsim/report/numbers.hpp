@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "libsim/post/disturbance.hpp"
 #include "libsim/post/furrow.hpp"
 #include "libsim/post/run_folder.hpp"
 #include "libsim/post/tool_path.hpp"
@@ -18,9 +19,9 @@ struct Quantity {
   std::string unit;
 };
 
-/// The curves of a run. The six of a towed tool come first: as the run monitors them, else pull from the driver along x,
-/// draft and lift from the soil, spring force, pitch and height from the first spring and the body that meets the soil.
-/// Then every other monitor. A run without any of them: the forces on its moving boundaries.
+/// The curves of a run. The six of a towed tool come first: as the run monitors them, else pull from the driver along
+/// x, draft and lift from the soil, spring force, pitch and height from the first spring and the body that meets the
+/// soil. Then every other monitor. A run without any of them: the forces on its moving boundaries.
 std::vector<Quantity> quantities(const RunFolder& run);
 
 /// A number of a report. Every number has the time it is taken over.
@@ -50,6 +51,8 @@ struct ModelBand {
 
 /// Mean with interval, standard deviation, extremes, span and strongest period of every quantity over the window.
 std::vector<ReportNumber> numbers_of(const RunFolder& run, const std::vector<Quantity>& all);
+/// Mean draft of each tool over the window of the page, against its travel as the summary has it.
+std::vector<ToolDraft> drafts_of(const RunFolder& run);
 /// What frames tell: depth, width, speed and rake of the tool, furrow, disturbed area, specific draft.
 std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& tool,
                                           const std::optional<Furrow>& furrow);

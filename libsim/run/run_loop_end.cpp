@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libsim/post/disturbance.hpp"
 #include "libsim/run/machine_fault.hpp"
 #include "libsim/run/run_loop.hpp"
 #include "libsim/run/wear.hpp"
@@ -224,6 +225,12 @@ void RunLoop::last_warnings(int code) {
                     "and no specific draft is given; take the draft of each from `tools` in summary.json, or monitor "
                     "`soil force` of each",
                     a->name, b->name));
+  for (const Tool& tool : tools_.progress().tools())
+    if (tool.travels() && tool.share_out() > most_out_of_soil)
+      summary_->warn(
+          fmt::format("{} was out of the soil in {:.0f} % of the window of the means: they are of soil and air, and no "
+                      "specific draft is given; set output.window to a time in which it works",
+                      tool.name, 100 * tool.share_out()));
   if (tools_.never_steady()) {
     summary_->warn(
         "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "

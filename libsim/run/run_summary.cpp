@@ -322,6 +322,13 @@ std::vector<Along> axes_of(const Tool& tool) {
           {"sideways", tool.column + (x ? ".Fz" : ".Fx"), 1.0}};
 }
 
+/// "+x", "-z"; empty of a tool that does not travel.
+std::string direction_text(const Tool& tool) {
+  if (!tool.travels()) return {};
+  const Vec3 d = tool.direction();
+  return std::string(d.x + d.z < 0 ? "-" : "+") + (d.x != 0 ? "x" : "z");
+}
+
 std::string mean_text(const std::string& name, const BlockMean& mean, double sign, const std::string& unit) {
   std::string text = fmt::format("  {:<28} {:>10.4g} {}", name, sign * mean.mean(), unit);
   if (std::isfinite(mean.interval())) text += fmt::format(" +- {:.2g} {}", mean.interval(), unit);
@@ -338,8 +345,10 @@ void write_tools(Summary& summary, const ToolProgress& progress) {
   for (const Tool& tool : progress.tools()) {
     Json json;
     json["touched soil"] = tool.touched;
+    if (const std::string direction = direction_text(tool); !direction.empty()) json["direction"] = direction;
     json["greatest depth [m]"] = tool.depth;
     json["travelled in soil [m]"] = tool.travel;
+    if (tool.travels()) json["share of the window out of the soil"] = tool.share_out();
     for (const Along& a : axes_of(tool)) {
       const BlockMean& mean = summary.over_window(a.column);
       json[std::string(a.name) + " [N]"] = {{"mean", json_number(a.sign * mean.mean())},
@@ -354,14 +363,12 @@ void write_tools(Summary& summary, const ToolProgress& progress) {
 void write_disturbance(Summary& summary, const ToolProgress& progress, const std::filesystem::path& folder,
                        const Scenario& scenario, std::optional<bool> reaches_wall) {
   if (!progress.any_passes()) return;
-  double draft = 0, variance = 0;
+  std::vector<ToolDraft> drafts;
   for (const Tool& tool : progress.tools()) {
-    if (!tool.passes) continue;
     const Along along = axes_of(tool).front();
     const BlockMean& mean = summary.over_window(along.column);
-    draft += along.sign * mean.mean(), variance += mean.interval() * mean.interval();
+    drafts.push_back({tool.name, direction_text(tool), along.sign * mean.mean(), mean.interval()});
   }
-  if (progress.opposed().first != nullptr) draft = std::nan("");  // the area is that of one of them
   auto& section = summary.section("disturbance");
   try {
     const FramesFile file(folder / "run.h5");
@@ -370,8 +377,8 @@ void write_disturbance(Summary& summary, const ToolProgress& progress, const std
       return;
     }
     const double surface = summary.section("soil").value("mean surface [m]", std::nan(""));
-    section =
-        disturbance_json(disturbance_of(file, &scenario, surface, summary.window_from()), draft, std::sqrt(variance));
+    section = disturbance_json(disturbance_of(file, &scenario, surface, summary.window_from()), drafts,
+                               {summary.window_from(), summary.window_until(), {}});
     section[reaches_wall_key] = reaches_wall ? Json(*reaches_wall) : Json();
   } catch (const std::exception& error) {
     section = {{"none", fmt::format("the frames could not be read: {}", error.what())}};

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "libmbd/elements.hpp"
+#include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/moving_soil.hpp"
 
 namespace subsoil::sim {
@@ -30,7 +31,7 @@ Vec3 main_direction(const Vec3& v) {
 
 Vec3 Tool::direction() const {
   // Back where it entered, as after an even number of strokes, it has come nowhere.
-  const bool came = dem::norm(gone) > 0.1 * travel && dem::norm(gone) > 0;
+  const bool came = dem::norm(gone) > came_nowhere * travel && dem::norm(gone) > 0;
   return came ? main_direction(gone) : dem::norm(along) > 0 ? along : Vec3{1, 0, 0};
 }
 
@@ -88,19 +89,26 @@ bool ToolProgress::any_passes() const {
 std::pair<const Tool*, const Tool*> ToolProgress::opposed() const {
   for (const Tool& a : tools_)
     for (const Tool& b : tools_)
-      if (a.passes && b.passes && dem::norm(a.along) > 0 && dem::norm(b.along) > 0 &&
-          dem::dot(a.direction(), b.direction()) < 0)
-        return {&a, &b};
+      if (a.travels() && b.travels() && dem::dot(a.direction(), b.direction()) < 0) return {&a, &b};
   return {nullptr, nullptr};
 }
 
 void ToolProgress::look_for_touch() {
   for (Tool& tool : tools_) {
-    if (tool.touched) continue;
-    tool.touched = std::any_of(tool.surfaces.begin(), tool.surfaces.end(), [&](std::size_t s) {
+    tool.touches = std::any_of(tool.surfaces.begin(), tool.surfaces.end(), [&](std::size_t s) {
       return world_.bed->boundary(world_.surfaces[s].boundary).contacts > 0;
     });
+    tool.touched = tool.touched || tool.touches;
   }
+}
+
+void ToolProgress::count_look() {
+  for (Tool& tool : tools_)
+    if (tool.entry) ++tool.looks, tool.out += tool.in_soil ? 0 : 1;
+}
+
+void ToolProgress::forget_looks() {
+  for (Tool& tool : tools_) tool.looks = tool.out = 0;
 }
 
 bool ToolProgress::any_travelled() const {
@@ -114,25 +122,32 @@ void ToolProgress::follow() {
 void ToolProgress::follow(Tool& tool) const {
   const double surface = world_.soil.surface_mean;
   const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
-  double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest;
+  double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest, lowest = deepest;
   dem::Bounds below;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
     const SurfaceRecord& s = world_.surfaces[tool.surfaces[k]];
     const dem::Pose pose = simulation_.surface_pose(s.boundary);
     for (const Vec3& v : tool.points[k]) {
       const Vec3 p = pose.to_world(v);
+      lowest = std::min(lowest, p.y);
       if (p.y > surface) continue;
       below.include(p);
       deepest = std::min(deepest, p.y);
       back = std::min(back, dem::dot(p, tool.along)), front = std::max(front, dem::dot(p, tool.along));
     }
   }
-  if (!(deepest < surface)) return;
   // It may be larger than the soil, with no point of it within.
-  const bool over_soil =
-      below.low.x <= high_.x && below.high.x >= low_.x && below.low.z <= high_.z && below.high.z >= low_.z;
-  if (!tool.entry && !over_soil) return;
-  if (!tool.entry) tool.entry = place;
+  const bool below_soil = deepest < surface && below.low.x <= high_.x && below.high.x >= low_.x &&
+                          below.low.z <= high_.z && below.high.z >= low_.z && below.high.y >= low_.y;
+  const bool was_in_soil = tool.in_soil;
+  tool.in_soil = below_soil || (tool.entry && lowest < surface + 2 * radius_ && tool.touches);
+  if (!tool.in_soil) return;
+  if (!tool.entry)
+    tool.entry = place;
+  else if (!was_in_soil)
+    *tool.entry += place - tool.last;
+  tool.last = place;
+  if (!below_soil) return;
   tool.depth = std::max(tool.depth, surface - deepest);
   const Vec3 gone = tool.gone = level(place - *tool.entry);
   if (dem::norm(tool.along) == 0) {

@@ -17,25 +17,36 @@ struct Tool {
   std::vector<std::vector<Vec3>> points;  ///< of each surface, in its axes
   bool passes = true;  ///< travels along the soil by more than a sphere: of a given path that is known
   bool touched = false;
+  bool touches = false;  ///< in the last step
 
   // along its way, as far as it was followed
-  std::optional<Vec3> entry;  ///< its place when it first stood in the soil
+  std::optional<Vec3> entry;  ///< its place when it first stood in the soil, and what it has gone out of it since
+  Vec3 last;                  ///< its place when it was followed last in the soil
+  bool in_soil = false;       ///< below the soil's surface within the bed, or in contact up to a diameter above it
+  long looks = 0, out = 0;    ///< in the window of the means, from its entry on; of them those that find it not in soil
   Vec3 along;                 ///< horizontal unit vector of its travel; zero until it has moved by a sphere's radius
-  Vec3 gone;                  ///< m from its entry to where it was followed last, horizontal
-  double travel = 0;          ///< m from the entry, the farthest so far: to and fro count once
+  Vec3 gone;                  ///< m in soil from its entry to where it was followed last there, horizontal
+  double travel = 0;          ///< m in soil from the entry, the farthest so far: to and fro count once
   double depth = 0;           ///< m below the soil's mean surface, the greatest so far
   double length = 0;          ///< m along the travel of what is below the surface, the longest so far
   double room = 0;            ///< m from its foremost point below the surface to the end of the soil
 
   /// Along x or z: where it has come to since its entry, else where it began to go. What resists it acts against this.
   Vec3 direction() const;
+  /// It goes along the soil.
+  bool travels() const { return passes && dem::norm(along) > 0; }
+  /// Share of the window of the means, from its entry on, in which it is not in soil.
+  double share_out() const { return looks > 0 ? static_cast<double>(out) / static_cast<double>(looks) : 0; }
   void archive(Archive& a) {
-    a("touched", touched)("entry", entry)("along", along)("travel", travel)("depth", depth)("length", length)("room",
-                                                                                                              room);
+    a("touched", touched)("touches", touches)("entry", entry)("last", last)("in soil", in_soil)("looks", looks)("out",
+                                                                                                                out);
+    a("along", along)("gone", gone)("travel", travel)("depth", depth)("length", length)("room", room);
   }
 };
 
 /// Follows the tools and reports when their work is steady.
+///
+/// What a tool travels out of the soil, lifted or past the end of the bed, is no travel in soil.
 ///
 /// A tool works steadily from when it has travelled, in the soil, its own length below the surface plus its depth: then
 /// the soil ahead of it and beside it has been sheared along its whole length. Its window ends when its foremost point
@@ -53,6 +64,10 @@ class ToolProgress {
   std::pair<const Tool*, const Tool*> opposed() const;
   /// Where the tools are now.
   void follow();
+  /// Counts this look in the window of the means.
+  void count_look();
+  /// The window opens again.
+  void forget_looks();
   /// Whether soil touches them in this step: a contact may be shorter than a row.
   void look_for_touch();
   std::size_t entered() const;  ///< that have stood in the soil

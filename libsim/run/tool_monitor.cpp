@@ -88,6 +88,7 @@ void ToolMonitor::follow(double t) {
   if (window_ == Opening::open && progress_.entered() > entered_ && !progress_.steady()) {
     window_ = Opening::pending;  // another tool has entered the soil
     summary.drop_window();
+    progress_.forget_looks();
   }
   if (window_ == Opening::pending && progress_.steady() && !progress_.at_the_end()) {
     window_ = Opening::open, entered_ = progress_.entered();
@@ -102,6 +103,7 @@ void ToolMonitor::follow(double t) {
   if (!progress_.any_passes() || window_ == Opening::pending || t < summary.window_from() ||
       t > summary.window_until() + tool_interval)
     return;
+  progress_.count_look();
   if (!walls_.has_begun()) return walls_.begin(o_.world);
   if (++looks_ % 20 != 0) return;  // a look goes through all spheres
   for (const std::string& wall : walls_.look(o_.world))

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libsim/post/disturbance.hpp"
 #include "libsim/run/surface_report.hpp"
 #include "libsim/run/wall_watch.hpp"
 #include "libsim/setup/world.hpp"
@@ -280,6 +281,39 @@ time: {end: 5 ms}
   const World settled = build_world(loaded, {.threads = 1});
   EXPECT_EQ(settled.soil.unsettled_inside, 0U);
   EXPECT_EQ(settled.bed->spheres().size(), 300U);
+}
+
+/// Lifted at 0.5 m/s from 0.2 s on, put back from 0.45 s on: what it goes in the air is no travel in soil, and the
+/// means of both have no specific draft.
+TEST(RunWindow, TravelInSoilLeavesOutTheAir) {
+  const RunDirectory dir;
+  const std::string moves =
+      "boundaries.tool.moves=[{velocity: 0.4 0 0 m/s}, {velocity: 0 0.5 0 m/s, from: 0.2 s, until: 0.4 s}, {velocity: "
+      "0 -0.5 0 m/s, from: 0.45 s, until: 0.65 s}]";
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {moves, "time.end=0.7 s", "output.every=20 ms"}), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["tool"];
+  const double surface = summary["soil"]["mean surface [m]"];
+  // Its lower edge starts at -30 mm and comes to 70 mm.
+  const double in_air = 0.45 + (0.07 - surface) / 0.5 - (0.2 + (0.03 + surface) / 0.5);
+  ASSERT_GT(in_air, 0.3);
+  // Up to a diameter above the surface it may still touch grains.
+  const double travel = tool["travelled in soil [m]"];
+  EXPECT_GT(travel, 0.4 * (0.7 - in_air) - 1.5e-3);
+  EXPECT_LT(travel, 0.4 * (0.7 - in_air + 2 * 0.02 / 0.5) + 1.5e-3);
+  const double window = summary["window"]["until [s]"].get<double>() - summary["window"]["from [s]"].get<double>();
+  const double share = tool["share of the window out of the soil"];
+  EXPECT_LT(share, in_air / window + 0.01);
+  EXPECT_GT(share, (in_air - 2 * 0.02 / 0.5) / window - 0.01);
+  EXPECT_NE(summary["warnings"].dump().find("tool was out of the soil in "), std::string::npos) << summary["warnings"];
+  EXPECT_TRUE(summary["disturbance"]["specific draft [N/m2]"].is_null()) << summary["disturbance"];
+  // Frames know the places alone, in numbers of 7 digits.
+  const auto path = disturbance_of(dir / "out").tool;
+  ASSERT_TRUE(path);
+  EXPECT_NEAR(path->travel, 0.4 * (0.7 - in_air), 1e-5);
+  EXPECT_NEAR(path->speed, 0.4, 1e-5);
+  EXPECT_NEAR(path->share_out(0.3, 0.5), 1, 1e-12);
+  EXPECT_NEAR(path->share_out(0.1, 0.2), 0, 1e-12);
 }
 
 }  // namespace

@@ -244,6 +244,31 @@ TEST(Disturbance, SpecificDraftIsAgainstTheTravel) {
   EXPECT_EQ(seen, 1);
 }
 
+/// On a page with a window of its own it is that window's draft, here of the rows of 1 ms, over the area of the pass.
+TEST(Disturbance, SpecificDraftIsOfTheWindowOfThePage) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(trench);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"output.every=50 ms"}), exit_ok);
+  const RunFolder folder = read_run_folder(dir / "out", TimeWindow{0.2, 0.3, "as asked"});
+  const Disturbance found = disturbance_of(dir / "out");
+  ASSERT_TRUE(found.tool && found.furrow);
+  double sum = 0, rows = 0;
+  const std::vector<double>&time = folder.series->at("time"), &draft = folder.series->at("draft");
+  for (std::size_t i = 0; i < time.size(); ++i)
+    if (time[i] > 0.2 + 1e-6 && time[i] < 0.3 + 1e-6) sum += draft[i], ++rows;
+  ASSERT_EQ(rows, 100);
+  int seen = 0;
+  for (const ReportNumber& n : numbers_of_soil(folder, *found.tool, found.furrow)) {
+    if (n.quantity != "specific draft") continue;
+    EXPECT_NEAR(n.value * found.furrow->disturbed_area, sum / rows, 1e-6 * std::abs(sum / rows));
+    EXPECT_EQ(n.window.from, 0.2);
+    const double of_run = summary_of(dir / "out").at("disturbance").at("specific draft [N/m2]");
+    EXPECT_GT(std::abs(n.value - of_run), 1e-3 * std::abs(of_run)) << "the run has another window";
+    ++seen;
+  }
+  EXPECT_EQ(seen, 1);
+}
+
 /// Each tool has the draft against its own way; there is no specific draft of two that go against each other.
 TEST(Disturbance, OfToolsThatTravelAgainstEachOther) {
   const RunDirectory dir;
