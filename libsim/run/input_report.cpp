@@ -34,9 +34,13 @@ void look_at_mesh(const std::string& name, const Shape& shape, Texts& out) {
   if (mesh == nullptr) return;
   const MeshFile file = load_mesh(mesh->file, mesh->unit);
   const std::size_t count = file.mesh.triangles().size();
+  if (file.repeated > 0)
+    out.push_back(
+        fmt::format("{}: {} of the {} triangles of its file stand there already and were dropped; export it once", name,
+                    file.repeated, count + file.repeated + file.flat));
   if (file.flat > 0)
     out.push_back(fmt::format("{}: {} of the {} triangles of its file have no area and were dropped", name, file.flat,
-                              count + file.flat));
+                              count + file.repeated + file.flat));
   if (file.mesh.closed() && file.turned > 0)
     out.push_back(
         file.turned == count

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -191,6 +192,25 @@ std::size_t drop_flat(std::vector<Facet>& soup) {
   });
 }
 
+/// Facets whose corners and sense are those of one before. Of both senses is a sheet that is seen from both sides, or
+/// the face at which two solids touch.
+std::size_t drop_repeated(const dem::TriangleMesh& mesh, std::vector<Facet>& soup) {
+  std::map<std::array<std::uint32_t, 3>, std::vector<Vec3>> seen;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < soup.size(); ++i) {
+    auto corners = mesh.triangles()[i];
+    std::sort(corners.begin(), corners.end());
+    const Vec3 area = dem::area_vector(soup[i][0], soup[i][1], soup[i][2]);
+    std::vector<Vec3>& there = seen[{corners[0], corners[1], corners[2]}];
+    if (std::any_of(there.begin(), there.end(), [&](const Vec3& other) { return dem::dot(area, other) > 0; })) continue;
+    there.push_back(area);
+    soup[kept++] = soup[i];
+  }
+  const std::size_t repeated = soup.size() - kept;
+  soup.resize(kept);
+  return repeated;
+}
+
 }  // namespace
 
 void MeshShape::describe(Fields& v) {
@@ -209,8 +229,10 @@ MeshFile load_mesh(const std::string& file, double unit) {
   std::vector<Facet> soup = facets_of(file, unit);
   const std::size_t flat = drop_flat(soup);
   if (soup.empty()) throw std::runtime_error(file + ": no face has an area");
-  MeshFile out{dem::welded_mesh(soup), flat, 0};
+  MeshFile out{.mesh = dem::welded_mesh(soup), .flat = flat};
   refuse_crowded_edges(file, out.mesh);
+  out.repeated = drop_repeated(out.mesh, soup);
+  if (out.repeated > 0) out.mesh = dem::welded_mesh(soup);
   for (std::size_t i = 0; i < soup.size(); ++i)
     if (dem::dot(dem::area_vector(soup[i][0], soup[i][1], soup[i][2]), out.mesh.normal(i)) < 0) ++out.turned;
   return out;

@@ -8,6 +8,7 @@
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libsim/scenario/shapes/mesh.hpp"
+#include "libsim/scenario/shapes/mesh_file.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/scratch.hpp"
 
@@ -268,6 +269,31 @@ TEST_F(MeshFiles, BadFilesAreRefused) {
       "property float z\nelement face 1\nproperty list uint uint vertex_indices\nend_header\n";
   refused("list.ply", list + std::string("\xff\xff\xff\x7f", 4) + std::string(12, '\0'), "is cut off");
   EXPECT_NE(message_of([&] { read_mesh("/nowhere.stl", 1); }).find("no such file"), std::string::npos);
+}
+
+/// Every triangle of a box twice is the box; both sides of each triangle are another mesh.
+TEST_F(MeshFiles, ATriangleThatStandsTwiceCountsOnce) {
+  const TriangleMesh box = askew();
+  const std::string once = text_stl(box, "%.17g"), again = once.substr(once.find('\n') + 1);
+  std::string twice = once.substr(0, once.rfind("endsolid")) + again;
+  const MeshFile read = load_mesh(write("twice.stl", twice), 1);
+  EXPECT_EQ(read.repeated, 12U);
+  EXPECT_EQ(read.mesh.triangles().size(), 12U);
+  EXPECT_TRUE(read.mesh.closed());
+  double area = 0;
+  for (std::size_t t = 0; t < read.mesh.triangles().size(); ++t)
+    area += 0.5 * norm(cross(read.mesh.corner(t, 1) - read.mesh.corner(t, 0),
+                             read.mesh.corner(t, 2) - read.mesh.corner(t, 0)));
+  const double of_box = 2 * (0.2 * 0.05 + 0.05 * 0.13 + 0.13 * 0.2);
+  EXPECT_NEAR(area, of_box, 1e-12 * of_box);
+  EXPECT_EQ(load_mesh(write("once.stl", once), 1).repeated, 0U);
+  std::string sheet = "solid a\n";
+  for (const char* corners : {"0 0 0|1 0 0|0 1 0", "0 0 0|0 1 0|1 0 0"}) {
+    std::string vertices = std::string("vertex ") + corners;
+    for (std::size_t i; (i = vertices.find('|')) != std::string::npos;) vertices.replace(i, 1, "\nvertex ");
+    sheet += "facet normal 0 0 0\nouter loop\n" + vertices + "\nendloop\nendfacet\n";
+  }
+  EXPECT_EQ(load_mesh(write("sheet.stl", sheet + "endsolid a\n"), 1).repeated, 0U);
 }
 
 }  // namespace
