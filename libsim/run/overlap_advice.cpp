@@ -15,6 +15,7 @@
 #include "libdem/laws/variable_restitution.hpp"
 #include "libdem/laws/wet.hpp"
 #include "libdem/particles/fixed.hpp"
+#include "libsim/run/placement_report.hpp"
 #include "libsim/scenario/given_law.hpp"
 
 namespace subsoil::sim {
@@ -234,11 +235,14 @@ double pressure(const Ploughing& p, double density, double gravity) {
 }
 
 /// The deepest place that is known: along a given path, else where a body starts, at its speed or a driver's.
+/// What lies wholly below the soil, or beside it along z, presses none.
 Ploughing deepest_place(const SurfaceRecord& r, const World& world, const Scenario& s, double surface, double radius) {
   const dem::Boundary& b = world.bed->boundary(r.boundary);
   const std::vector<Vec3> points = dem::drawing(b.shape, 1.0)[r.mesh].vertices();
   Ploughing worst;
+  const dem::Bounds soil = bed_box(world);
   const auto take = [&](const dem::Bounds& box, const Vec3& velocity) {
+    if (box.high.y < soil.low.y || box.high.z < soil.low.z || box.low.z > soil.high.z) return;
     const Ploughing p = ploughing(box, velocity, surface, radius);
     if (p.speed > 0 && p.depth > worst.depth) worst = p;
   };

@@ -78,13 +78,6 @@ std::vector<MovingThing> moving_things(const World& world) {
   return out;
 }
 
-dem::Bounds bed_box(const World& world) {
-  dem::Bounds box;
-  for (const dem::Sphere& s : world.bed->spheres())
-    box.include(s.x - Vec3{s.r, s.r, s.r}), box.include(s.x + Vec3{s.r, s.r, s.r});
-  return box;
-}
-
 bool overlap_along(const dem::Bounds& a, const dem::Bounds& b, int d) {
   return a.low[d] < b.high[d] && b.low[d] < a.high[d];
 }
@@ -105,6 +98,13 @@ void look_at_start(const MovingThing& m, const Bin& bin, std::vector<std::string
   const auto beyond = [&](int axis, bool upper) {
     return upper ? box.high[axis] - bin.box.high[axis] : bin.box.low[axis] - box.low[axis];
   };
+  if (bin.wall(1, false) && box.high.y < bin.box.low.y) {
+    out.push_back(
+        fmt::format("{} lies wholly below the floor of the container at the start, by {:.3g} m, and touches no soil "
+                    "there; start it higher",
+                    m.name, bin.box.low.y - box.high.y));
+    return;
+  }
   if (bin.wall(1, false) && beyond(1, false) > bin.radius && overlap_along(box, bin.box, 0) &&
       overlap_along(box, bin.box, 1) && overlap_along(box, bin.box, 2))
     out.push_back(
@@ -234,6 +234,13 @@ std::optional<Bin> bin_of(const Scenario& s, const World& world) {
 
 }  // namespace
 
+dem::Bounds bed_box(const World& world) {
+  dem::Bounds box;
+  for (const dem::Sphere& s : world.bed->spheres())
+    box.include(s.x - Vec3{s.r, s.r, s.r}), box.include(s.x + Vec3{s.r, s.r, s.r});
+  return box;
+}
+
 std::vector<std::string> placement_warnings(const Scenario& s, const World& world) {
   std::vector<std::string> out;
   if (world.machine && s.machine) look_at_pins(s, world, out);
@@ -262,7 +269,9 @@ std::vector<std::string> travel_warnings(const Scenario& s, const World& world) 
       dem::Bounds below;
       for (const Vec3& p : m.points)
         if (p.y + gone.y <= surface) below.include(p + gone);
-      if (!(below.low.y < surface) || !overlap_along(below, soil, 0) || !overlap_along(below, soil, 2)) continue;
+      if (!(below.low.y < surface) || !overlap_along(below, soil, 0) || !overlap_along(below, soil, 1) ||
+          !overlap_along(below, soil, 2))
+        continue;
       if (entry == kEndless) entry = gone[along];
       depth = std::max(depth, surface - below.low.y), length = std::max(length, below.high[along] - below.low[along]);
       travel = std::max(travel, std::abs(gone[along] - entry));

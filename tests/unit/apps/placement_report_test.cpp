@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "libsim/run/input_report.hpp"
+#include "libsim/run/overlap_advice.hpp"
 #include "libsim/run/surface_report.hpp"
 #include "libsim/setup/approach_speed.hpp"
 #include "tests/tools/message_of.hpp"
@@ -204,6 +205,26 @@ TEST(PlacementReport, DraftIsAgainstTheTravel) {
     draft += series.at("soil.draft")[i];
   }
   EXPECT_GT(draft, 0);
+}
+
+/// A tool wholly below the floor touches no soil: no travel in it, and no stiffness that its pressure would take.
+TEST(PlacementReport, AToolBelowTheFloorIsNamed) {
+  const std::vector<std::string> below = {"machine.surfaces.blade.at=0 -300 0 mm"};
+  const Seen seen = look(below);
+  EXPECT_EQ(
+      seen.start.rfind("tine lies wholly below the floor of the container at the start, by 0.07 m, and touches no "
+                       "soil there; start it higher",
+                       0),
+      0U)
+      << seen.start << "its upper edge is at 60 - 300 + 90 = -150 mm, the floor at -80 mm";
+  EXPECT_EQ(seen.way.find("in soil"), std::string::npos) << seen.way;
+  const auto expected = [](const std::vector<std::string>& sets) {
+    const Loaded loaded = load_scenario_text(towed, "case.yaml", sets);
+    return expected_overlap(build_world(loaded, {.threads = 1, .settle = false}), loaded.scenario);
+  };
+  EXPECT_EQ(expected(below).tool, "");
+  EXPECT_EQ(expected({}).tool, "blade");
+  EXPECT_EQ(look({}).start.find("wholly below"), std::string::npos);
 }
 
 }  // namespace
