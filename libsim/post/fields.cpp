@@ -90,6 +90,21 @@ FieldGrid grid_over(const dem::Bounds& box, const FieldsRequest& request, double
   return grid;
 }
 
+/// A kernel that falls between the points of the grid adds up to no mass.
+void refuse_narrow_kernel(const FieldGrid& grid, const FieldsRequest& request, double width) {
+  double widest = 0;
+  for (int d = 0; d < 3; ++d)
+    if (!request.section || request.section->axis != d) widest = std::max(widest, grid.spacing[d]);
+  if (width >= widest) return;
+  throw std::invalid_argument(fmt::format(
+      "{} = {:.4g} m: is narrower than the grid, whose points are {:.4g} m apart: kernels fall between them, and the "
+      "integral of the density is not the mass; give --width of {:.3g} m or more{}",
+      request.width ? "--width" : "the width", width, widest, 1.005 * widest,
+      request.spacing ? ", or a smaller --spacing"
+                      : fmt::format(", or a --section: the whole bed has {:g} points at most",
+                                    static_cast<double>(FieldsRequest::most_points))));
+}
+
 double mass_of(const FramesFile& file, std::size_t index) {
   return file.density()[index] * dem::sphere_volume(file.radius()[index]);
 }
@@ -186,6 +201,7 @@ FieldsReport write_fields(const FieldsRequest& request) {
                         .stress = file.holds(frames.front(), "contact forces")};
   if (request.section) refuse_section_outside(box, *request.section, kernel.reach(), cell);
   const FieldGrid grid = grid_over(box, request, width, kernel.reach(), cell);
+  refuse_narrow_kernel(grid, request, width);
   const std::string about =
       fmt::format("{}, width {:.9g} m, zero from {:.9g} m on",
                   request.kernel == FieldKernel::Kind::lucy ? "Lucy" : "Gaussian", width, kernel.reach());

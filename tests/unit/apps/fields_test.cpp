@@ -243,6 +243,28 @@ TEST(Fields, OfARunAddUpToItsMass) {
   EXPECT_THROW(write_fields({.run = dir.path()}), std::invalid_argument);
 }
 
+/// A kernel as wide as the spacing sums to the mass within 2 %, of each grain, and one
+/// between the points to nothing: it is refused.
+TEST(Fields, AKernelNarrowerThanTheGridIsRefused) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(small_pass);
+  ASSERT_EQ(run_scenario(text, dir / "out", {"time.end=1 ms"}), exit_ok);
+  const double mass = summary_of(dir / "out").at("soil").at("mass [kg]");
+  const FieldsReport at_limit = write_fields({.run = dir / "out", .width = 10e-3, .spacing = 10e-3});
+  double sum = 0;
+  for (const float rho : h5::read<float>(h5::open_file(dir / "out" / "fields.h5"), "/frames/000000/bulk density"))
+    sum += rho;
+  EXPECT_NEAR(sum * std::pow(at_limit.grid.spacing.x, 3), mass, 0.02 * mass);
+  const auto refused = [&](const FieldsRequest& request) {
+    return test::message_of<std::invalid_argument>([&] { write_fields(request); });
+  };
+  const std::string narrow = refused({.run = dir / "out", .width = 1e-6});
+  EXPECT_EQ(narrow.rfind("--width = 1e-06 m: is narrower than the grid, whose points are ", 0), 0U) << narrow;
+  EXPECT_NE(narrow.find("or a --section: the whole bed has 2e+06 points at most"), std::string::npos) << narrow;
+  EXPECT_NE(refused({.run = dir / "out", .width = 9e-3, .spacing = 10e-3}).find("or a smaller --spacing"),
+            std::string::npos);
+}
+
 /// Clumps of three spheres at rest between smooth walls: at every level the stress carries what lies above it. 1 % of
 /// the weight for the sum over points at half a width, and what still moves.
 TEST(Fields, ClumpsAtRestCarryTheirWeight) {
