@@ -116,6 +116,8 @@ class Chosen final : public Value {
     const auto named = [&](std::string_view one) { return std::find(words_.begin(), words_.end(), one); };
     auto found = named(word);
     if (found == words_.end()) found = named(present_of(word));
+    // What YAML 1.1, as of a Python dict, makes of yes and no.
+    if (found == words_.end() && (word == "true" || word == "false")) found = named(word == "true" ? "yes" : "no");
     if (found == words_.end()) throw Refusal("unknown word" + suggestion(word, words_));
     return static_cast<std::size_t>(found - words_.begin());
   }

@@ -1,5 +1,6 @@
 #include "libsim/run/simulation.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -117,6 +118,9 @@ struct Simulation::Impl : StepObserver {
   }
 
   static World build(const Loaded& loaded, const SimulationOptions& options, const SavedRun* start) {
+    if (options.threads < 0 || options.threads > 1024)
+      throw ScenarioError(
+          fmt::format("threads = {}: must be in [0, 1024]; 0: as the scenario has it", options.threads));
     BuildOptions build;
     build.threads = use_threads(loaded, options.threads);
     build.settle = options.settle;
@@ -218,7 +222,9 @@ struct Simulation::Impl : StepObserver {
 
   /// Steps until `t`; false where an observer ends them.
   bool run_until(double t) {
-    if (std::isnan(t)) throw std::invalid_argument("run_until: the time is no number");
+    if (!std::isfinite(t))
+      throw std::invalid_argument(std::isnan(t) ? "run_until: the time is no number"
+                                                : "run_until: the time is infinite; give when the call ends, s");
     if (in_observer)
       throw std::logic_error("an observer is called within a step: it must not step; return false to end the call");
     stop = false, summed = 0, target = t;
@@ -378,11 +384,23 @@ dem::Pose Simulation::pose(const std::string& surface) const {
   return impl_->stepper.simulation().surface_pose(impl_->stepper.world().surfaces[impl_->surface(surface)].boundary);
 }
 
+namespace {
+
+void refuse_no_place(const Vec3& about) {
+  if (!std::isfinite(about.x) || !std::isfinite(about.y) || !std::isfinite(about.z))
+    throw std::invalid_argument(
+        fmt::format("wrench: about ({:g}, {:g}, {:g}) m is no place", about.x, about.y, about.z));
+}
+
+}  // namespace
+
 dem::Wrench Simulation::wrench(const std::string& surface, const Vec3& about) const {
+  refuse_no_place(about);
   return dem::about(impl_->about_origin(impl_->surface(surface)), {}, about);
 }
 
 dem::Wrench Simulation::mean_wrench(const std::string& surface, const Vec3& about) const {
+  refuse_no_place(about);
   const dem::Wrench sum = impl_->sums[impl_->surface(surface)];
   if (impl_->summed == 0) return wrench(surface, about);
   return dem::about(sum * (1 / static_cast<double>(impl_->summed)), {}, about);

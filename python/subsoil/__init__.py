@@ -20,6 +20,7 @@ import bisect
 import csv
 import io
 import json
+import math
 import os
 import pathlib
 import re
@@ -323,6 +324,8 @@ class Frames(Sequence):
         """The frame whose time is nearest to `time` s."""
         if not self.times:
             raise SubsoilError(f"{self.path.parent}: the run has no frames")
+        if math.isnan(time):
+            raise ValueError("nearest: the time is no number")
         k = min(bisect.bisect_left(self.times, time), len(self.times) - 1)
         return self[k - 1 if k > 0 and time - self.times[k - 1] <= self.times[k] - time else k]
 

@@ -119,6 +119,8 @@ class Results(Scratch):
         self.assertEqual([frames[-1].index, frames[np.int64(1)].index], [4, 1])
         for time, index in (-1, 0), (0.0124, 0), (0.0126, 1), (0.06, 2), (7, 4):
             self.assertEqual(frames.nearest(time).index, index)
+        with self.assertRaisesRegex(ValueError, "the time is no number"):
+            frames.nearest(float("nan"))
         with self.assertRaises(IndexError):
             frames[5]
         with self.says("no 'bonds'", "position, "):

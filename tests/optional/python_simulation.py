@@ -434,6 +434,27 @@ class Faults(unittest.TestCase):
         with self.assertRaisesRegex(subsoil.ScenarioError, "machine.drivers.fed"):
             subsoil.Simulation(CART, inputs=["machine.drivers.fed.velocity"])
 
+    def test_numbers_that_are_no_time_place_or_count(self):
+        with self.assertRaisesRegex(subsoil.ScenarioError, r"threads = -1: must be in \[0, 1024\]"):
+            subsoil.Simulation(CART, threads=-1)
+        sim = subsoil.Simulation(TRENCH, threads=1, settle=False)
+        for time in float("inf"), -float("inf"), float("nan"):
+            with self.assertRaisesRegex(ValueError, "run_until: the time is "):
+                sim.run_until(time)
+        for mean in True, False:
+            with self.assertRaisesRegex(ValueError, r"wrench: about \(0, 0, nan\) m is no place"):
+                sim.wrench("tool", about=[0, 0, float("nan")], mean=mean)
+        self.assertEqual(sim.time, 0)
+
+    def test_yes_and_no_of_a_dict(self):
+        """YAML 1.1 makes booleans of them; of `stages`, which takes auto, yes and no, too."""
+        for stages in False, "no", True:
+            bed = {**TRENCH["soil"]["bed"], "settle": {"for": "1 ms", "stages": stages}}
+            subsoil.check({**TRENCH, "soil": {**TRENCH["soil"], "bed": bed}})
+        bed = {**TRENCH["soil"]["bed"], "fill": False}
+        with self.assertRaisesRegex(subsoil.ScenarioError, "unknown word"):
+            subsoil.check({**TRENCH, "soil": {**TRENCH["soil"], "bed": bed}})
+
     def test_check(self):
         self.assertEqual(subsoil.check(CART), [])
         deep = {**TRENCH, "boundaries": [{**TRENCH["boundaries"][0], "at": "60 -70 0 mm"}]}
