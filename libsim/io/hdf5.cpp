@@ -181,6 +181,7 @@ Handle create_file(const std::filesystem::path& path) {
 }
 
 Handle open_file(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) throw std::runtime_error(path.string() + ": there is no such file");
   be_quiet();
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "preparing " + path.string());
   checked(H5Pset_file_locking(access, false, true), "preparing " + path.string());

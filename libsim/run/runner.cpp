@@ -277,6 +277,10 @@ std::vector<SeriesColumn> place_and_list_columns(const Loaded& loaded) {
 int run(const RunRequest& given) {
   RunRequest request = given;
   if (request.out.empty()) request.out = std::filesystem::path(request.scenario).stem();
+  if (!request.changes.empty() && request.from.empty())
+    throw std::invalid_argument(fmt::format(
+        "--change {}: names what differs from the scenario of a state; give --from STATE, or --set for another value",
+        request.changes.front()));
   Loaded loaded = load_scenario(request.scenario, request.sets);
   if (!request.engine) go_on_as_engine(loaded);
   refuse_folder(request.out, request.force);

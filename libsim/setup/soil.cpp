@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -16,6 +17,7 @@
 #include "libdem/step/stability.hpp"
 #include "libmbd/forces/wheel_on_soil.hpp"
 #include "libsim/document/quantity.hpp"
+#include "libsim/io/atomic_file.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/setup/compaction_plate.hpp"
@@ -375,6 +377,14 @@ void SoilBuilder::refuse_save_folder() const {
   if (!bed().save.empty() && !folder.empty() && !std::filesystem::is_directory(folder))
     throw ScenarioError(fmt::format("{} = {}: there is no folder {}; make it, or save the bed elsewhere",
                                     loaded_.where("soil.bed.save"), bed().save, folder.string()));
+  if (bed().save.empty()) return;
+  const std::filesystem::path part = temporary_name(bed().save);
+  const bool writable = !std::filesystem::is_directory(bed().save) && std::ofstream(part).good();
+  std::error_code none;
+  std::filesystem::remove(part, none);
+  if (!writable)
+    throw ScenarioError(fmt::format("{} = {}: cannot be written there; name a file in a folder that may be written to",
+                                    loaded_.where("soil.bed.save"), bed().save));
 }
 
 /// Spheres are numbered in the order of the file, from 0.

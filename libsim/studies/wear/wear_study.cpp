@@ -22,7 +22,10 @@ void refuse_bad_steps(const WearRequest& r) {
     throw std::invalid_argument("wear: give one of --hectares and --passes: how much the tool is to work");
   double before = 0;
   for (const double one : r.hectares.empty() ? r.passes : r.hectares) {
-    if (!(one > before) || !std::isfinite(one))
+    if (!std::isfinite(one))
+      throw std::invalid_argument(fmt::format("{} {:g}: is no finite number; give how many, such as 10",
+                                              r.hectares.empty() ? "--passes" : "--hectares", one));
+    if (!(one > before))
       throw std::invalid_argument(fmt::format("{} {:g}: comes after {:g}: steps end above 0, each after the one before",
                                               r.hectares.empty() ? "--passes" : "--hectares", one, before));
     before = one;

@@ -199,5 +199,18 @@ output: {state: none}
             std::string::npos);
 }
 
+/// Before the bed settles, not after.
+TEST(BedFile, APathThatCannotBeWrittenIsRefused) {
+  const RunDirectory dir;
+  std::filesystem::create_directories(dir / "taken");
+  const std::string text = dir.scenario(small_pass);
+  const std::string said = message_of<ScenarioError>(
+      [&] { run_scenario(text, dir / "out", {"soil.bed.save=" + (dir / "taken").string()}); });
+  EXPECT_NE(said.find("soil.bed.save = "), std::string::npos) << said;
+  EXPECT_NE(said.find(": cannot be written there; name a file in a folder that may be written to"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(dir / "taken"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "taken.part"));
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_bed_file

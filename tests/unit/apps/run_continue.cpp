@@ -4,6 +4,7 @@
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/continuation.hpp"
 #include "libsim/run/restart.hpp"
+#include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 #include "tests/unit/apps/trench.hpp"
 
@@ -336,6 +337,20 @@ TEST_F(DriverChange, AJumpIsRefusedWithItsSize) {
   const std::string speed = refusal("position", "{expression: \"0.5+0*t\", unit: m}");
   EXPECT_NE(speed.find("driver 'd' would jump by 1 m/s: its motion has another velocity"), std::string::npos) << speed;
   EXPECT_NE(refusal("coordinate", "a.y").find("the state holds what was made of it"), std::string::npos);
+}
+
+/// What --change names differs from a state: without one it would be left out silently.
+TEST(RunFrom, AChangeNeedsAState) {
+  const RunDirectory dir;
+  const std::string text = dir.scenario(small_pass);
+  EXPECT_EQ(
+      message_of<std::invalid_argument>(
+          [&] { run({.scenario = text, .out = dir / "out", .threads = 1, .changes = {"gravity"}}); }),
+      "--change gravity: names what differs from the scenario of a state; give --from STATE, or --set for another "
+      "value");
+  EXPECT_NE(
+      message_of([&] { run_scenario(text, dir / "out", {}, dir / "no.h5"); }).find("no.h5: there is no such file"),
+      std::string::npos);
 }
 
 }  // namespace

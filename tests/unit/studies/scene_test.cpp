@@ -341,6 +341,10 @@ TEST(Show, ANameOfAPictureIsRefusedWithTheCure) {
       "--out " + request.out.string() +
           ": must end in .html, since the command writes a page; for a PNG open the page and press its button PNG");
   EXPECT_FALSE(std::filesystem::exists(request.out));
+  request.out = directory / "none" / "case.html";
+  EXPECT_EQ(subsoil::test::message_of<std::invalid_argument>([&] { show_command(request); }),
+            "--out " + request.out.string() + ": there is no folder " + (directory / "none").string() +
+                "; make it, or write the page elsewhere");
   request.out = directory / "case.html";
   EXPECT_EQ(show_command(request), exit_ok);
   EXPECT_TRUE(std::filesystem::exists(request.out));
