@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libmbd/controllers/transfer_function.hpp"
 #include "libmbd/drivers/coordinate_driver.hpp"
 #include "libmbd/equilibrium/equilibrium.hpp"
 #include "libmbd/forces/applied_force.hpp"
@@ -179,6 +180,63 @@ TEST(SteadyStates, OfControllersWithIntegralAndFilter) {
   proportional.start_from_towing_equilibrium(0);
   const double a = proportional.body(1).angle;
   EXPECT_NEAR(30 * (1.5 - a), 1.2 * g * 0.4 * std::sin(a), 1e-9);
+}
+
+/// A body on an arm of 1 m at `start` from the horizontal, on a pin, with a spring and a damper.
+Model arm_at(double start) {
+  Model m;
+  m.add({.name = "arm", .mass = 1, .inertia = 0.1, .pose = {std::cos(start), std::sin(start), start}});
+  m.add("pin", Revolute{.body_a = ground, .body_b = 1, .p_b = {-1, 0}});
+  m.add("spring",
+        RotationalSpringDamper{.body_a = ground, .body_b = 1, .stiffness = 20, .free_angle = 0, .damping = 1});
+  m.add("torque", AppliedForce{.body = 1, .controller = "controller", .controls = Controls::moment});
+  return m;
+}
+
+template <class C>
+void measures_the_arm(C& c) {
+  c.input = input_of(AngleMeasure{.of = {.name = "arm", .body = 1}});
+  c.measured_unit = "rad", c.output_unit = "N m";
+}
+
+// x' = 0 does not depend on how slow a state is. An integral brings the angle to the set point, whatever its gain is
+// and wherever the arm starts; how it is damped decides whether that is stable.
+TEST(SteadyStates, DoNotDependOnAnIntegralsGain) {
+  for (const double start : {0.0, 1.0, -1.2})
+    for (const double integral : {1e-4, 1e-2, 0.1, 1.0, 10.0, 1e3}) {
+      Model m = arm_at(start);
+      PidController c;
+      measures_the_arm(c);
+      c.set_point = -0.3, c.proportional = 6.5, c.integral = integral;
+      m.add("controller", c);
+      Machine machine(m);
+      machine.start_from_towing_equilibrium(0);
+      EXPECT_NEAR(machine.body(1).angle, -0.3, 1e-9) << integral << " from " << start;
+      const double moment = g * std::cos(0.3) - 20 * 0.3;  // that of the weight less the spring's
+      EXPECT_NEAR(machine.integrator().state().states[0], moment, 1e-7) << integral;
+      const auto found = modes(machine.system(), machine.time(), *machine.equilibrium());
+      // (0.1 + 1) s^3 + s^2 + (26.5 + g sin 0.3) s + K_i: Routh.
+      const double limit = (26.5 + g * std::sin(0.3)) / 1.1;
+      EXPECT_EQ(stability(found).kind, integral < limit ? Stability::stable : Stability::unstable) << integral;
+    }
+}
+
+// The lag of a low pass has no say either: -(20 + 10) a = g cos a.
+TEST(SteadyStates, DoNotDependOnALag) {
+  double a = 0;
+  for (int i = 0; i < 60; ++i) a -= (30 * a + g * std::cos(a)) / (30 - g * std::sin(a));
+  for (const double start : {0.0, 1.0, -1.2})
+    for (const double lag : {1e-3, 1.0, 30.0, 1e3, 1e4}) {
+      Model m = arm_at(start);
+      TransferFunction c;
+      measures_the_arm(c);
+      c.numerator = {-10}, c.denominator = {lag, 1};
+      m.add("controller", c);
+      Machine machine(m);
+      machine.start_from_towing_equilibrium(0);
+      EXPECT_NEAR(machine.body(1).angle, a, 1e-9) << lag << " s from " << start;
+      expect_stable(machine);
+    }
 }
 
 // An integral that nothing brings to rest: there is no steady state, and the message names whose state runs away.
