@@ -45,6 +45,19 @@ class Seeker {
     return w.whole ? w.excess[c] / sizes_[c] : 0;
   }
 
+  /// What a design misses a constraint by, as a share of its size; negative where it keeps an inequality.
+  static double missed(const Worth& w, std::size_t c) { return w.size[c] > 0 ? w.excess[c] / w.size[c] : w.excess[c]; }
+  bool keeps(const Worth& w, std::size_t c) const {
+    const double off = missed(w, c);
+    return (is_equation(c) ? std::abs(off) : off) <= plan_.constraint_tolerance;
+  }
+  bool is_feasible(const Worth& w) const {
+    if (!w.whole) return false;
+    for (std::size_t c = 0; c < constraints(); ++c)
+      if (!keeps(w, c)) return false;
+    return true;
+  }
+
   const OptimisePlan& plan() const { return plan_; }
   bool is_equation(std::size_t c) const { return equations_[c]; }
   std::size_t constraints() const { return equations_.size(); }
@@ -188,11 +201,13 @@ class Models {
   bool empty() const { return models_.empty(); }
 
   /// Objective in its spreads, with a steep price for what a constraint is missed by.
-  double badness(const Eigen::VectorXd& u, double sign, const Seeker& seeker) const {
+  /// @param margins by which each excess is to be less than its limit
+  double badness(const Eigen::VectorXd& u, double sign, const Seeker& seeker,
+                 const std::vector<double>& margins) const {
     constexpr double price = 1e3;
     double sum = sign * models_[0].value(u) / (spreads_[0] > 0 ? spreads_[0] : 1);
     for (std::size_t c = 0; c < constraints_; ++c) {
-      const double off = models_[c + 1].value(u) / (spreads_[c + 1] > 0 ? spreads_[c + 1] : 1);
+      const double off = (models_[c + 1].value(u) + margins[c]) / (spreads_[c + 1] > 0 ? spreads_[c + 1] : 1);
       const double missed = seeker.is_equation(c) ? off : std::max(0.0, off);
       sum += price * missed * missed;
     }
@@ -213,17 +228,36 @@ std::string by_surrogate(Seeker& seeker, const Design& start, std::uint64_t seed
   design.insert(design.begin(), start);
   if (!seeker.ask(design)) return "all its evaluations were used";
   const double sign = plan.minimise.empty() ? -1 : 1;
+  // The price lets the models' optimum lie beyond a limit by a little, and so do their errors: where designs that miss
+  // a constraint have been run there already, the next aims that much inside.
+  std::vector<double> margins(seeker.constraints(), 0.0);
+  constexpr int most_corrections =
+      10;  // each is a run beside those before; where no design keeps the constraints, none helps
+  int corrections = 0;
   for (;;) {
     const Models models(seeker);
     if (models.empty()) return "too few designs give numbers for a surrogate";
-    const Eigen::VectorXd u =
-        minimise(static_cast<int>(p), [&](const Eigen::VectorXd& at) { return models.badness(at, sign, seeker); });
-    const auto near = [&](const auto& known) {
-      double most = 0;
-      for (long k = 0; k < p; ++k) most = std::max(most, std::abs(known.first[static_cast<std::size_t>(k)] - u[k]));
-      return most < std::max(plan.tolerance, 1e-3);
+    const auto optimum = [&] {
+      return minimise(static_cast<int>(p),
+                      [&](const Eigen::VectorXd& at) { return models.badness(at, sign, seeker, margins); });
     };
-    if (std::any_of(seeker.known().begin(), seeker.known().end(), near)) return "the surrogate's optimum had been run";
+    Eigen::VectorXd u = optimum();
+    const Worth* nearest = nullptr;
+    bool any_keeps = false;
+    const double radius = std::max(plan.tolerance, 1e-3);
+    double least = radius;
+    for (const auto& [design, worth] : seeker.known()) {
+      const double off = (Eigen::Map<const Eigen::VectorXd>(design.data(), p) - u).lpNorm<Eigen::Infinity>();
+      any_keeps = any_keeps || (off < radius && seeker.is_feasible(worth));
+      if (off < least) least = off, nearest = &worth;
+    }
+    if (nearest != nullptr) {
+      if (any_keeps || !nearest->whole || corrections++ == most_corrections)
+        return "the surrogate's optimum had been run";
+      for (std::size_t c = 0; c < margins.size(); ++c)
+        if (!seeker.keeps(*nearest, c)) margins[c] += nearest->excess[c];
+      u = optimum();
+    }
     if (!seeker.ask({Design(u.data(), u.data() + p)})) return "all its evaluations were used";
   }
 }
