@@ -12,16 +12,16 @@ constexpr int rows_of_way = 2000;  // while a diameter is passed
 constexpr std::size_t fewest_rows = 4;
 
 /// Slope of stress over strain of the rows begin..end whose stress is at least `least`. Throws std::runtime_error for
-/// fewer rows than make a slope.
-double modulus(const SpecimenCurve& curve, std::size_t begin, std::size_t end, double least) {
+/// fewer rows than make a slope. @param fast the lid passes more than a row in a step
+double modulus(const SpecimenCurve& curve, std::size_t begin, std::size_t end, double least, bool fast) {
   std::vector<double> strain, stress;
   for (std::size_t i = begin; i < end; ++i)
     if (curve.rows[i][1] >= least) strain.push_back(curve.rows[i][0]), stress.push_back(curve.rows[i][1]);
   if (strain.size() < fewest_rows)
     throw std::runtime_error(fmt::format(
-        "the upper half of the stress is passed in {} rows of the curve, which make no slope: the contacts are "
-        "stiff for it; a higher `stress`",
-        strain.size()));
+        "the upper half of the stress is passed in {} rows of the curve, which make no slope: {}", strain.size(),
+        fast ? "the lid moves that far in a few steps; a lower `speed`"
+             : "the contacts are stiff for it; a higher `stress`"));
   return fit_line(strain, stress).b;
 }
 
@@ -58,7 +58,9 @@ Outcome Compress::press(Specimen& specimen, const Specimen::BoxWalls& walls, dou
   const double v = speed.value_or(sample.fall_speed() / 20);
   Lid lid(specimen, Wall::rough);
   Press press{specimen, lid, walls, area, 4 * std::sqrt(area)};
-  const long steps = std::max(1L, std::lround(sample.diameter / rows_of_way / (v * specimen.dt())));
+  const double steps_of_row = sample.diameter / rows_of_way / (v * specimen.dt());
+  const long steps = std::max(1L, std::lround(steps_of_row));
+  const bool fast = steps_of_row < 1;
   Outcome out;
   out.curve.columns = {{"strain", "1"}, {"stress", "Pa"}, {"stress on the floor", "Pa"}, {"stress on the walls", "Pa"}};
   double begin = 0;
@@ -79,8 +81,9 @@ Outcome Compress::press(Specimen& specimen, const Specimen::BoxWalls& walls, dou
   press.over(std::lround(sample.fall_time() / specimen.dt()), 0);
   while (now.lid > seating * stress) now = press.over(steps, v), row();
   const auto& rows = out.curve.rows;
-  out.values = {modulus(out.curve, 0, turn, 0.5 * stress), modulus(out.curve, turn, rows.size(), 0.5 * stress),
-                peak.sides / (0.5 * (peak.lid + peak.floor)), rows.back()[0] / deepest};
+  out.values = {modulus(out.curve, 0, turn, 0.5 * stress, fast),
+                modulus(out.curve, turn, rows.size(), 0.5 * stress, fast), peak.sides / (0.5 * (peak.lid + peak.floor)),
+                rows.back()[0] / deepest};
   return out;
 }
 

@@ -62,11 +62,15 @@ double median(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
+double rounding_of_places(const std::vector<double>& x) {
+  if (x.empty()) return 0;
+  const auto [least, largest] = std::minmax_element(x.begin(), x.end());
+  return 1e-9 * std::max({*largest - *least, std::abs(*least), std::abs(*largest)});
+}
+
 Line fit_robust_line(const std::vector<double>& x, const std::vector<double>& y) {
   std::vector<double> slopes, offsets;
-  constexpr double same_place = 1e-9;  // of the extent: what rounding puts apart has no slope
-  const auto [least, largest] = std::minmax_element(x.begin(), x.end());
-  const double apart = x.empty() ? 0 : same_place * (*largest - *least);
+  const double apart = rounding_of_places(x);
   for (std::size_t i = 0; i < x.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (std::abs(x[i] - x[k]) > apart) slopes.push_back((y[i] - y[k]) / (x[i] - x[k]));

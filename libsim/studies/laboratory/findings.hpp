@@ -55,6 +55,8 @@ struct Line {
   double a = 0, b = 0;
 };
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y);
+/// Distance up to which two places differ by rounding alone.
+double rounding_of_places(const std::vector<double>& x);
 /// The same by Theil and Sen: b the median of the slopes of all pairs at different x, a the median of y - b x; up to 29
 /// % of the points may be anywhere. Sen, J. Am. Stat. Assoc. 63 (1968) 1379.
 Line fit_robust_line(const std::vector<double>& x, const std::vector<double>& y);

@@ -86,6 +86,15 @@ std::pair<double, double> flank_of(const Tops& tops, double foot, double bin) {
   return {from, to};
 }
 
+/// How many of these places differ.
+int distances_of(std::vector<double> s) {
+  std::sort(s.begin(), s.end());
+  const double apart = rounding_of_places(s);
+  int count = s.empty() ? 0 : 1;
+  for (std::size_t i = 1; i < s.size(); ++i) count += s[i] - s[i - 1] > apart ? 1 : 0;
+  return count;
+}
+
 Outcome outcome_of(const Tops& tops, double from, double to) {
   Line line;
   Outcome out;
@@ -196,6 +205,11 @@ double slope_of(const Tops& tops, double from, double to, Line* line) {
         "only {} places make the slope: it has run off, or stands upright; a larger base shows slopes of few grains, "
         "and what stands upright has no angle of repose",
         s.size()));
+  if (const int distances = distances_of(s); distances < 3)
+    throw std::runtime_error(
+        fmt::format("the slope is seen at {} distance{} from its foot, cells of 1.5 diameters apart; a slope needs 3: "
+                    "give a larger base or more depth",
+                    distances, distances == 1 ? "" : "s"));
   const Line found = fit_robust_line(s, height);
   if (line) *line = found;
   return std::atan(found.b);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "libdem/geometry/mesh_builders.hpp"
@@ -128,6 +129,21 @@ Outcome Shear::run(const Sample& sample, std::size_t index) const {
   return out;
 }
 
+namespace {
+
+/// By how much the ratio of shear to normal stress rises from the last fifth but one of the path to the last.
+double rise_at_end(const SpecimenCurve& curve) {
+  const auto ratio = [&](std::size_t from, std::size_t to) {
+    const std::array<double, 2> m = mean(curve, from, to);
+    return m[0] / m[1];
+  };
+  const double before = ratio(rows_of_shear * 3 / 5, rows_of_shear * 4 / 5);
+  return before > 0 ? ratio(rows_of_shear * 4 / 5, rows_of_shear) / before - 1
+                    : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
 Findings Shear::findings(const Sample&, std::size_t packings, const std::vector<Outcome>& outcomes) const {
   Findings found;
   found.test = "shear";
@@ -173,6 +189,14 @@ Findings Shear::findings(const Sample&, std::size_t packings, const std::vector<
                             ChartCurve::Style::line,
                             at == 0 ? 0 : 1});
   }
+  double rise = 0;
+  for (const Outcome& one : outcomes) rise += rise_at_end(one.curve) / static_cast<double>(outcomes.size());
+  constexpr double still_rises = 0.1;  // one packing scatters by some percent, a plateau stays within them
+  if (rise > still_rises)
+    found.diagnostics.push_back(
+        "the shear stress still rises at the end of the path: the strength is not reached, and both angles are too "
+        "low; "
+        "give a longer `path`");
   found.charts = {{"path", std::move(course)}, {"mohr-coulomb", std::move(plane)}};
   return found;
 }

@@ -24,7 +24,7 @@ struct Tilt {
     v.quantity("depth", depth, "m", "(0, inf)", "of the packing; left out: 4 diameters");
     v.quantity("rate", rate, "rad/s", "(0, inf)", "of the tilting");
     v.quantity("from", from, "rad", "[0, 1.57)", "tilted quickly up to here, in a tenth of the time");
-    v.quantity("until", until, "rad", "(0, 1.57]", "a packing that still lies there stops the test");
+    v.quantity("until", until, "rad", "(0, 1.5708]", "a packing that still lies there stops the test");
     v.quantity("slip", slip, "m", "(0, inf)", "of the grains' mean place; left out: a twentieth of a diameter");
   }
 

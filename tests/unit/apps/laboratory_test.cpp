@@ -168,6 +168,23 @@ TEST(LaboratoryTest, BeadsWithoutFrictionHaveTheAngleOfTheirGeometry) {
   EXPECT_LT(angle, 10 * degree);
 }
 
+// A stress that saturates along a length w, tau/sigma = 0.6 (1 - exp(-x/w)): a path of 10 w has the strength, one of
+// w/2 ends on the way to it.
+TEST(LaboratoryTest, ShearSaysThatThePathEndsBeforeTheStrength) {
+  const auto said = [](double widths) {
+    Shear test;
+    test.loads = {1e3};
+    Outcome one;
+    one.curve.columns = {{"path", "m"}, {"shear stress", "Pa"}, {"normal stress", "Pa"}, {"rise of the lid", "m"}};
+    for (int k = 0; k < 200; ++k)
+      one.curve.rows.push_back({1e-5 * k, 600 * (1 - std::exp(-widths * (k + 0.5) / 200)), 1e3, 0});
+    one.values = {600, 1e3, 600, 1e3};
+    return test.findings({}, 1, {one}).diagnostics.size();
+  };
+  EXPECT_EQ(said(10), 0U);
+  EXPECT_EQ(said(0.5), 1U);
+}
+
 /// What is above the plane rests on it and on the lower half's flange: sigma A <= load + weight above, however far the
 /// upper half has left the lower one and whatever presses on its flange. The solid fraction is at most 0.66.
 TEST(LaboratoryTest, ShearedPlaneBearsAtMostWhatLiesOnIt) {
@@ -212,6 +229,11 @@ TEST(LaboratoryTest, SlopeIsThatOfThePlaceAskedFor) {
   EXPECT_NEAR(slope_of(tops, 0, 20e-3), 30 * degree, 1e-12);
   EXPECT_LT(slope_of(tops, 12e-3, 30e-3), 29 * degree);
   EXPECT_NE(message_of([&] { static_cast<void>(slope_of(tops, 0, 4e-3)); }).find("only 5 places"), std::string::npos);
+  // The ring of a small table: eight tops whose distances from the edge differ by rounding.
+  Tops ring;
+  for (int i = 0; i < 8; ++i)
+    ring.s.push_back(i % 2 == 0 ? 0.008 : std::nextafter(0.008, 0)), ring.height.push_back(0.01 + 1e-3 * i);
+  EXPECT_NE(message_of([&] { static_cast<void>(slope_of(ring, 0, 0.02)); }).find("at 1 distance"), std::string::npos);
 }
 
 /// What a square table keeps at one slope is a pyramid of that slope, and grains whose tops fill it to its surface show
