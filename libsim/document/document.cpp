@@ -145,6 +145,28 @@ const Node* find_path(const Node& root, const std::string& path) {
   return node;
 }
 
+bool paths_meet(const Node& root, const std::string& one, const std::string& other) {
+  // Items of lists by their number, whatever they are named by.
+  const auto plain = [&](const std::string& path) {
+    std::vector<std::string> parts = path_parts(path);
+    const Node* node = &root;
+    for (std::string& part : parts) {
+      if (node == nullptr) break;
+      if (node->kind == Node::Kind::sequence) {
+        const Node* const item = list_item(*node, part);
+        if (item != nullptr) part = std::to_string(item - node->items.data());
+        node = item;
+      } else {
+        const Node::Entry* const entry = node->find(part);
+        node = entry == nullptr ? nullptr : &entry->value;
+      }
+    }
+    return parts;
+  };
+  const std::vector<std::string> a = plain(one), b = plain(other);
+  return std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(std::min(a.size(), b.size())), b.begin());
+}
+
 Node read_document(const std::string& file, const std::vector<std::string>& sets, Problems& problems) {
   return finish(read_yaml(file, problems), file, sets, problems);
 }

@@ -19,4 +19,8 @@ Node parse_document(const std::string& text, const std::string& name, const std:
 /// nullptr where there is none.
 const Node* find_path(const Node& root, const std::string& path);
 
+/// Whether two paths of `--set` mean one value, or one the section that holds the other: `contacts[0].mu` and
+/// `contacts.soil-steel.mu`, `machine.bodies.stamp` and `machine.bodies.stamp.mass`.
+bool paths_meet(const Node& root, const std::string& one, const std::string& other);
+
 }  // namespace subsoil::sim

@@ -9,6 +9,7 @@
 #include "libsim/keys/fields.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/studies/laboratory/tests.hpp"
+#include "libsim/studies/sweep/plan.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -62,6 +63,8 @@ struct PlanChecker {
     if (plan.parameters.empty()) refuse("parameters", "is missing: nothing may be changed");
     if (plan.targets.empty()) refuse("targets", "is missing: there is nothing to meet");
     for (PlanParameter& p : plan.parameters) parameter(p);
+    refuse_shared_keys(plan.parameters, written_scenario(plan.scenario, {}),
+                       [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
     for (std::size_t i = 0; i < plan.targets.size(); ++i) target(i);
     if (!plan.design) plan.design = 3 + 5 * static_cast<long>(plan.parameters.size());
     if (*plan.design < static_cast<long>(plan.parameters.size()) + 2)

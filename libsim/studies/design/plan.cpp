@@ -48,7 +48,7 @@ struct DesignChecker {
   }
 
   template <class Parameter>
-  void parameters(std::vector<Parameter>& list) {
+  void parameters(std::vector<Parameter>& list, const std::string& scenario, const std::string& sets) {
     if (list.empty()) refuse("parameters", "is missing: nothing changes");
     for (Parameter& p : list) {
       p.paths = split_at_semicolons(p.keys);
@@ -59,7 +59,8 @@ struct DesignChecker {
         refuse("parameters." + p.name + ".unit", error.what());
       }
     }
-    refuse_shared_keys(list, [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
+    refuse_shared_keys(list, written_scenario(scenario, split_at_semicolons(sets)),
+                       [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
   }
 
   void words(const OptimisePlan& plan) {
@@ -157,7 +158,7 @@ OptimisePlan load_optimise(const std::string& file, const std::vector<std::strin
   OptimisePlan plan = read_plan<OptimisePlan>(file, sets, reading);
   DesignChecker checker{file, reading, problems};
   if (problems.empty()) {
-    checker.parameters(plan.parameters), checker.numbers(plan.numbers), checker.words(plan);
+    checker.parameters(plan.parameters, plan.scenario, plan.set), checker.numbers(plan.numbers), checker.words(plan);
     for (const DesignParameter& p : plan.parameters) checker.bounds(p);
     checker.formulas(plan);
   }
@@ -181,7 +182,7 @@ SensitivityPlan load_sensitivity(const std::string& file, const std::vector<std:
   Reading reading(problems);
   SensitivityPlan plan = read_plan<SensitivityPlan>(file, sets, reading);
   DesignChecker checker{file, reading, problems};
-  if (problems.empty()) checker.parameters(plan.parameters), checker.numbers(plan.numbers);
+  if (problems.empty()) checker.parameters(plan.parameters, plan.scenario, plan.set), checker.numbers(plan.numbers);
   if (!problems.empty()) throw ScenarioError(problems);
   checker.scenario(plan.scenario, split_at_semicolons(plan.set), {});
   std::vector<std::string> first;

@@ -64,43 +64,16 @@ struct PlanChecker {
   void all() {
     if (plan.parameters.empty()) refuse("parameters", "is missing: nothing changes");
     for (SweepParameter& p : plan.parameters) parameter(p);
-    refuse_shared_keys(plan.parameters, [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
+    refuse_shared_keys(plan.parameters, written_scenario(plan.scenario, split_at_semicolons(plan.set)),
+                       [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
     for (SweepNumber& n : plan.numbers) number(n);
     best();
   }
 };
 
-/// The entry of a mapping or item of a list that a part of a path means.
-const Node* below(const Node& node, const std::string& part) {
-  if (node.kind == Node::Kind::mapping) {
-    const Node::Entry* entry = node.find(part);
-    return entry == nullptr ? nullptr : &entry->value;
-  }
-  std::size_t index = 0;
-  const auto [end, code] = std::from_chars(part.data(), part.data() + part.size(), index);
-  if (code == std::errc{} && end == part.data() + part.size())
-    return index < node.items.size() ? &node.items[index] : nullptr;
-  for (const Node& item : node.items) {
-    if (const Node::Entry* name = item.find("name"); name != nullptr && name->value.scalar == part) return &item;
-    const Node::Entry* between = item.find("between");
-    if (between == nullptr || between->value.items.size() != 2) continue;
-    const std::string &a = between->value.items[0].scalar, &b = between->value.items[1].scalar;
-    if (part == a + "-" + b || part == b + "-" + a) return &item;
-  }
-  return nullptr;
-}
-
-const Node* node_at(const Node& scenario, const std::string& path) {
-  const Node* node = &scenario;
-  std::string part;
-  for (std::size_t i = 0; i <= path.size() && node != nullptr; ++i) {
-    if (i < path.size() && path[i] != '.' && path[i] != '[' && path[i] != ']') {
-      part += path[i];
-    } else if (!part.empty()) {
-      node = below(*node, part);
-      part.clear();
-    }
-  }
+/// The single value at a path; nullptr where there is none.
+const Node* value_at(const Node& scenario, const std::string& path) {
+  const Node* const node = find_path(scenario, path);
   return node != nullptr && node->kind == Node::Kind::scalar ? node : nullptr;
 }
 
@@ -143,6 +116,15 @@ std::vector<double> in_one_unit(const std::vector<std::string>& values) {
 
 }  // namespace
 
+Node written_scenario(const std::string& file, const std::vector<std::string>& sets) {
+  Problems unheard;
+  try {
+    return read_document(file, sets, unheard);
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 double SweepParameter::at(double u) const { return value_in_range(scale, between[0], between[1], u); }
 
 SweepPlan load_sweep(const std::string& file, const std::vector<std::string>& sets) {
@@ -178,7 +160,7 @@ Node explicit_tree(const Scenario& scenario) {
 }
 
 std::string scaled_value(const Node& scenario, const std::string& path, double factor) {
-  const Node* const node = node_at(scenario, path);
+  const Node* const node = value_at(scenario, path);
   if (node == nullptr) refuse_no_value(path);
   std::string out;
   const std::string& text = node->scalar;
@@ -266,7 +248,7 @@ class Points {
 
   /// The explicit scenario has the parameters' amounts in place of their names: they stand in the document alone.
   std::string scaled_parameter(const std::string& path, double factor) const {
-    const Node* const node = node_at(document_, path);
+    const Node* const node = value_at(document_, path);
     if (node == nullptr) refuse_no_value(path);
     return fmt::format("{}*({})", factor, node->scalar);
   }
