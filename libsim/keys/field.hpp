@@ -53,6 +53,8 @@ class Value {
   virtual std::string what() const = 0;
   /// Interval, or words to choose from.
   virtual std::string range() const { return {}; }
+  /// The file that is read, once its name has been; null: there is none.
+  virtual const std::string* input_file() const { return nullptr; }
   /// A JSON Schema of what may stand there (json_forms.hpp).
   virtual Json schema() const = 0;
   /// The key stands in the file, whatever comes of its value.

@@ -180,6 +180,7 @@ void Reader::visit_value(const Field& field, Value& value) {
   leaf(field, [&](const Node& node) {
     if (n_missing_ && field.unit.find("(n") != std::string::npos) return;  // n itself is reported
     value.read(node, {field, reading_, n_});
+    if (const std::string* const file = value.input_file()) reading_.input_files.push_back(*file);
   });
   if (!field.exponent) return;
   n_ = value.number();

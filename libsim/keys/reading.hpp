@@ -27,6 +27,7 @@ struct Reading {
   std::vector<std::string> body_names{"ground"};             // [0] is ground
   std::vector<mbd::BodyState> body_poses{mbd::BodyState{}};  // start pose
   std::vector<mbd::Marker> markers{};
+  std::vector<std::string> input_files{};
   std::vector<FormerKey> former{};                   // names that the file uses
   const std::vector<Material>* materials = nullptr;  // of the scenario that is read; null before its key is read
 

@@ -74,6 +74,7 @@ class FileName final : public PlainText {
     if (must_exist_ && !std::filesystem::is_regular_file(value_))
       throw Refusal(fmt::format("there is no file {}", value_));
   }
+  const std::string* input_file() const override { return must_exist_ ? &value_ : nullptr; }
 
  private:
   bool must_exist_;

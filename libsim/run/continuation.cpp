@@ -9,6 +9,7 @@
 #include "libmbd/elements.hpp"
 #include "libsim/document/document.hpp"
 #include "libsim/scenario/effects.hpp"
+#include "libsim/scenario/load.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -36,10 +37,13 @@ void flatten(const Node& node, const std::string& path, std::map<std::string, st
   for (std::size_t i = 0; i < node.items.size(); ++i) flatten(node.items[i], path + name_of(node.items[i], i), out);
 }
 
+const std::string kContents = "contents of ";
+
 std::map<std::string, std::string> values_of(const std::string& text) {
   Problems problems;
   std::map<std::string, std::string> out;
   flatten(parse_document(text, "scenario.yaml", {}, problems), "", out);
+  for (const auto& [file, sum] : contents_in(text)) out[kContents + file] = sum;
   return out;
 }
 
@@ -72,6 +76,7 @@ bool is_driven(const std::string& key) {
 }
 
 Difference::Kind kind_of(const std::string& key) {
+  if (starts(key, kContents.c_str())) return Difference::Kind::impossible;
   for (const char* head : {"title", "engine", "simd", "time.end", "time.threads", "output", "limits"})
     if (within(key, head)) return Difference::Kind::harmless;
   for (const char* head :
@@ -100,6 +105,11 @@ std::vector<Difference> differences(const std::string& before, const std::string
     if (!a.count(key)) found[key] = {key, "", value, kind_of(key)};
   std::vector<Difference> out;
   for (auto& [key, d] : found) {
+    // Of another file the name differs itself; the bed of a file lies in the state.
+    const auto bed_file = a.find("soil.bed.file");
+    if (starts(key, kContents.c_str()) &&
+        (d.before.empty() || d.now.empty() || (bed_file != a.end() && key == kContents + bed_file->second)))
+      d.kind = Difference::Kind::harmless;
     const std::string owner = owner_of(key);
     // Left out where it has no effect: what took the effect away differs itself.
     const auto conditional = [&](const ConditionalKey& c) { return within(key, c.path); };

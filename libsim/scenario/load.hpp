@@ -24,8 +24,11 @@ Loaded load_scenario(const std::string& file, const std::vector<std::string>& se
 Loaded load_scenario_text(const std::string& text, const std::string& name = "scenario.yaml",
                           const std::vector<std::string>& sets = {});
 
-/// The scenario with every default explicit; reads back to the same structs.
+/// The scenario with every default explicit; reads back to the same structs. Comments at its end hold the checksums of
+/// the files that were read with it, so that two texts are equal only where the files were.
 std::string write_scenario(const Scenario& scenario);
+/// The checksums in such a text, by path.
+std::map<std::string, std::string> contents_in(const std::string& text);
 
 /// A commented scenario to start from.
 std::string new_scenario();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
+#include <string_view>
 
 #include "libdem/laws/linear.hpp"
 #include "libsim/keys/former_keys.hpp"
@@ -15,6 +17,8 @@
 /// The explicit copy, `explain`, docs/reference/keys.md and `new`: all of them prints of the declarations.
 namespace subsoil::sim {
 namespace {
+
+constexpr std::string_view kContents = "# contents of ";
 
 std::string print(Scenario scenario, bool comments) {
   Node document = print_all([&](Fields& fields) { declare(fields, scenario); }, comments);
@@ -183,7 +187,20 @@ std::string path_of_key(const std::string& key, const std::string& from) {
   return {};
 }
 
-std::string write_scenario(const Scenario& scenario) { return print(scenario, false); }
+std::string write_scenario(const Scenario& scenario) {
+  std::string text = print(scenario, false);
+  for (const auto& [file, sum] : scenario.contents) text += fmt::format("{}{}: crc32 {:08x}\n", kContents, file, sum);
+  return text;
+}
+
+std::map<std::string, std::string> contents_in(const std::string& text) {
+  std::map<std::string, std::string> out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (const std::size_t end = line.rfind(": "); line.starts_with(kContents) && end != std::string::npos)
+      out[line.substr(kContents.size(), end - kContents.size())] = line.substr(end + 2);
+  return out;
+}
 
 /// A plate pressed into a small cohesive bed: every section that a first soil scenario needs.
 std::string new_scenario() {

@@ -1,5 +1,7 @@
 #pragma once
 #include <array>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,6 +46,7 @@ struct Scenario {
   SoilEngine engine = SoilEngine::subsoil;
   std::string simd = "auto";
   dem::Precision precision = dem::Precision::doubles;
+  std::map<std::string, std::uint32_t> contents;  ///< of the files that were read with it: CRC-32 by path
 
   /// Without soil a row of the series holds everything at its instant, in full precision.
   bool has_bed() const { return soil.has_value() || !boundaries.empty(); }

@@ -133,8 +133,9 @@ bool point_is_open(const Study& study, const std::filesystem::path& folder, std:
   const std::optional<Json> json = read_point(point_folder(folder, k));
   if (!json) return true;
   if ((*json)["mark"] != mark_of(study, study.points[k]))
-    throw ScenarioError(fmt::format("{}: point {} was run with another scenario or other values; name another --out",
-                                    folder.string(), k + 1));
+    throw ScenarioError(fmt::format(
+        "{}: point {} was run with another scenario, other values or other contents of a file; name another --out",
+        folder.string(), k + 1));
   return again && (*json)["end"] == "failed";
 }
 

@@ -84,6 +84,30 @@ TEST_F(RunContinue, PhysicsChangesOnlyWhereItIsSaid) {
   EXPECT_NE(refusal({}, {"gravity"}).find("--change gravity: does not differ"), std::string::npos);
 }
 
+// A surface of another file is another surface, though the scenario's text is the same.
+TEST_F(RunContinue, AMeshMayNotChangeUnderItsName) {
+  const auto mesh = [&](double side) {
+    test::write_file(dir_ / "tool.obj", fmt::format("v 0 0 0\nv 0 {0} 0\nv 0 0 {0}\nf 1 2 3\n", side));
+  };
+  std::string text = trench;
+  const std::string box = "{box: 20 80 20 mm}";
+  text.replace(text.find(box), box.size(), "{mesh: tool.obj, unit: m}");
+  const auto go_on = [&](const std::filesystem::path& out) {
+    return run({.scenario = dir_.scenario(text),
+                .out = out,
+                .sets = {"time.end=4 ms"},
+                .threads = 1,
+                .from = latest_state(dir_ / "begun").value()});
+  };
+  mesh(0.02);
+  ASSERT_EQ(run_scenario(dir_.scenario(text), dir_ / "begun", {"time.end=2 ms"}), exit_ok);
+  EXPECT_EQ(go_on(dir_ / "same"), exit_ok);
+  mesh(0.03);
+  const std::string refusal = message_of([&] { go_on(dir_ / "other"); });
+  EXPECT_NE(refusal.find("tool.obj = crc32"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("the state holds what was made of it"), std::string::npos) << refusal;
+}
+
 TEST_F(RunContinue, WhatTheStateHoldsCannotChange) {
   for (const char* set :
        {"soil.bed.radius=9 mm", "soil.container.size=0.5 0.1 0.08 m", "materials.soil.density=2000 kg/m^3"}) {
@@ -345,7 +369,7 @@ TEST(RunFrom, AChangeNeedsAState) {
   const std::string text = dir.scenario(small_pass);
   EXPECT_EQ(
       message_of<std::invalid_argument>(
-          [&] { run({.scenario = text, .out = dir / "out", .threads = 1, .changes = {"gravity"}}); }),
+          [&] { run({.scenario = text, .out = dir / "out", .sets = {}, .threads = 1, .changes = {"gravity"}}); }),
       "--change gravity: names what differs from the scenario of a state; give --from STATE, or --set for another "
       "value");
   EXPECT_NE(

@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -406,6 +407,42 @@ TEST(Sweep, AnotherPlanMayNotUseTheFolder) {
   EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 2);
   const StudyLock lock(folder / "out");
   EXPECT_NE(message_of([&] { const StudyLock second(folder / "out"); }).find("another subsoil works in it"),
+            std::string::npos);
+}
+
+constexpr const char* rod_in_balls = R"(subsoil: 1
+gravity: 0 m/s^2
+materials: {a: {density: 2000 kg/m^3}}
+contacts: [{between: [a, a], law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.5}]
+soil: {bed: {fill: particles, particles: [{material: a, radius: 5 mm, position: 0 0 0 m}]}}
+boundaries: [{name: rod, material: a, shape: {mesh: rod.obj, unit: m}, at: 0 -6 0 mm, moves: [{velocity: 0 0.05 0 m/s}]}]
+time: {end: 1 ms}
+output: {monitor: {push: {soil force: rod, along: 0 -1}}}
+)";
+
+// A mesh is no part of the scenario's text: a file that has changed is another scenario all the same.
+TEST(Sweep, AnotherMeshUnderTheSameNameMayNotUseTheFolder) {
+  const SweepFolder folder;
+  const auto mesh = [&](double side) {
+    test::write_file(folder / "rod.obj", fmt::format("v {0} 0 {0}\nv {0} 0 -{0}\nv -{0} 0 0\nf 1 2 3\n", side));
+  };
+  test::write_file(folder / "mass.yaml", rod_in_balls);
+  const std::string plan = folder.plan(R"(subsoil: 1
+scenario: mass.yaml
+parameters: {k: {keys: "contacts[0].k_n", values: [10 kN/m]}}
+numbers: {push: {column: push, take: last}}
+)");
+  mesh(0.01);
+  EXPECT_EQ(code_of(start_sweep(plan, folder / "out")), 0);
+  const SweepPlan read = load_sweep(plan);
+  const Study study{.title = "",
+                    .scenario = read.scenario,
+                    .parameters = {"k"},
+                    .points = sweep_points(plan, read),
+                    .numbers = read.numbers};
+  EXPECT_TRUE(open_points(study, folder / "out", false).empty());
+  mesh(0.02);
+  EXPECT_NE(message_of([&] { open_points(study, folder / "out", false); }).find("other contents of a file"),
             std::string::npos);
 }
 
