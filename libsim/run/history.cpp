@@ -21,9 +21,12 @@ double History::Piece::largest(double s, double sign) const {
 
 History::Piece History::piece_to(double t, double y, double middle) const {
   Piece p{.t = t_, .dt = t - t_, .y = y_, .a = 0, .b = 0};
+  // A derivative has no value at the start: there it lies on the line through those after.
+  if (rule_.kind == Watch::Kind::integral && std::isnan(y_) && t_ == start_)
+    p.y = std::isfinite(middle) && !rule_.held ? 2 * middle - y : y;
   if (rule_.held) return p;
-  p.a = y - y_;
-  if (std::isfinite(middle)) p.a = -3 * y_ + 4 * middle - y, p.b = 2 * (y_ - 2 * middle + y);
+  p.a = y - p.y;
+  if (std::isfinite(middle)) p.a = -3 * p.y + 4 * middle - y, p.b = 2 * (p.y - 2 * middle + y);
   return p;
 }
 
@@ -47,7 +50,7 @@ void History::add(double t, double y, double middle) {
   last_ = p, t_ = t, y_ = y;
   switch (rule_.kind) {
     case Watch::Kind::integral:
-      value_ += p.integral_from(0);
+      if (const double piece = p.integral_from(0); std::isfinite(piece)) value_ += piece;
       break;
     case Watch::Kind::derivative:
       value_ = rule_.held ? (y - p.y) / p.dt : (p.a + 2 * p.b) / p.dt;
@@ -157,7 +160,7 @@ void History::take_extreme(const Piece& p, double sign) {
 
 void History::take_count(double y) {
   const double above = y - rule_.level;
-  if (std::abs(above) <= rule_.noise) return;  // on the value itself it is still where it came from
+  if (!(std::abs(above) > rule_.noise)) return;  // on the value itself, or without one, it is still where it came from
   const int side = above > 0 ? 1 : -1;
   if (side_ != 0 && side != side_ && (side > 0 ? rule_.rising : rule_.falling)) ++value_;
   side_ = side;

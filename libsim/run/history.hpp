@@ -15,8 +15,8 @@ namespace subsoil::sim {
 ///
 /// Between two instants it is a parabola through a third value in the middle, a line where that is not known, or, for
 /// forces that act over a step, what it was at the step's start. Errors of an integral are of order dt^4, dt^2 and
-/// none. A mean is of the time in which there is a value (0/0 at rest is none). Extremes are values that were there: of
-/// the instants, which `request()` puts at extrema, and of what lies midway.
+/// none. A mean and an integral are of the time in which there is a value (0/0 at rest is none). Extremes are values
+/// that were there: of the instants, which `request()` puts at extrema, and of what lies midway.
 class History {
  public:
   struct Rule {

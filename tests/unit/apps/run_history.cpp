@@ -57,6 +57,26 @@ time: {end: 2 s}
 )" + output;
 }
 
+// A derivative has no value at the start. What follows it begins there all the same: the integral of dx/dt from the
+// start is x - x_0, a count has come from no side.
+TEST(RunHistory, WhatFollowsADerivativeBeginsWithoutAValue) {
+  for (const std::vector<std::string>& method : methods) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(oscillator(
+                               "x: mass.x, v: {derivative: x}, way: {integral: v}, power: {formula: v*v, of: {v: v}}, "
+                               "sum: {integral: power}, passes: {count: v, at: -0.5 m/s}")),
+                           dir / "out", method),
+              exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    const auto last = [&](const char* name) { return s.at(name).back(); };
+    // dx/dt is taken over rows and steps of milliseconds: 1/2 dt v' a value.
+    EXPECT_NEAR(last("way"), last("x") - 1.1, 2e-3) << method[0];
+    EXPECT_NEAR(last("sum"), 0.5 * (2 - std::sin(40) / 20), 2e-2) << "integral of sin^2(10 t)";
+    // -sin(10 t) passes -0.5 at 10 t = pi/6, 5 pi/6 and each 2 pi later: 20 rad hold 3 whole turns and 1.15.
+    EXPECT_EQ(last("passes"), 7) << method[0];
+  }
+}
+
 // Watches look between rows; what they see there is no part of the rows. Steps end at other times with them, which
 // leaves the tolerance's 1e-8 (times the gain of 30 V/rad and 10 A/V). Samples, delays and rows meet at multiples of
 // 1 ms, to rounding: no step is as short as that.
