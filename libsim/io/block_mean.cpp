@@ -16,6 +16,18 @@ double student(double freedom) { return 1.96 + 2.4 / freedom + 3 / (freedom * fr
 void BlockMean::add(double duration, double value) {
   if (!(duration > 0)) return;
   duration_ += duration, integral_ += duration * value;
+  constexpr double rounding = 1e-9;  // of a block
+  // What ends in the next block is parted: else each block is longer by a part of a step, and of n periods one is
+  // missing.
+  const double room = length_ - open_.duration;
+  if (duration < length_ && duration > room + rounding * length_) {
+    take(room, value);
+    duration -= room;
+  }
+  take(duration, value);
+}
+
+void BlockMean::take(double duration, double value) {
   open_.duration += duration, open_.integral += duration * value;
   if (open_.duration < length_ * (1 - 1e-9)) return;
   blocks_.push_back(open_);

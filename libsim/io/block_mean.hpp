@@ -42,6 +42,7 @@ class BlockMean {
   struct Line {
     double change, interval;
   };
+  void take(double duration, double value);  ///< into the open block
   static std::vector<Block> merged(const std::vector<Block>& blocks);
   std::vector<Block> longest() const;
   Line line() const;

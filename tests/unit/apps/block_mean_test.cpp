@@ -33,6 +33,23 @@ TEST(BlockMean, ShortSignalsAreNeitherSteadyNorNot) {
   EXPECT_EQ(steady_json(mean), false) << "a straight line";
 }
 
+/// Six periods are six blocks, whatever the step: none is lost because each ended within a step.
+TEST(BlockMean, WholePeriodsAreAsManyBlocks) {
+  constexpr double period = 0.05;
+  for (const int steps_of_a_period : {7, 50, 1234}) {
+    BlockMean mean;
+    mean.take_blocks_of(period);
+    const double dt = period / (steps_of_a_period + 0.37), end = 6 * period;
+    for (double t = 0; t < end * (1 - 1e-12); t += dt) {
+      const double length = std::min(dt, end - t);
+      mean.add(length, 3 + std::sin(2 * M_PI * (t + 0.5 * length) / period));
+    }
+    EXPECT_FALSE(std::isnan(mean.interval())) << steps_of_a_period;
+    EXPECT_NEAR(mean.mean(), 3, 0.02) << steps_of_a_period;
+    EXPECT_LT(mean.interval(), 0.03) << "each block is a whole period";
+  }
+}
+
 TEST(BlockMean, TheIntervalHoldsTheTrueMeanOfACorrelatedSignal) {
   // 20,000 steps that remember 20: blocks of 1/16 remember nothing. 95 % of 400 is 380 with a deviation of 4.4; the
   // largest of the levels is never too narrow by chance of one level alone, so more may hold it, but a few must not.
