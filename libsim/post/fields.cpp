@@ -12,7 +12,7 @@
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/fields_file.hpp"
 #include "libsim/post/frames_file.hpp"
-#include "libsim/post/periodic_images.hpp"
+#include "libsim/base/periodic_images.hpp"
 #include "libsim/post/run_folder.hpp"
 
 namespace subsoil::sim {

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "libsim/base/coarse_graining.hpp"
-#include "libsim/post/periodic_images.hpp"
+#include "libsim/base/periodic_images.hpp"
 
 namespace subsoil::sim {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libsim/base/coarse_graining.hpp"
+#include "libsim/base/periodic_images.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -30,6 +31,11 @@ struct Line {
   double low = 0, spacing = 0;
   std::size_t n = 1;
 };
+/// Points over a period, each of which stands for as much of it.
+Line over_period(double low, double length, double spacing) {
+  const double n = std::max(1.0, std::round(length / spacing));
+  return {low + 0.5 * length / n, length / n, static_cast<std::size_t>(n)};
+}
 /// Points between two sides, this far from them and so far apart; one in the middle where there is no room.
 Line between(double low, double high, double margin, double spacing) {
   const double room = high - low - 2 * margin;
@@ -46,35 +52,51 @@ std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region,
   const double surface = dem::surface_height(spheres, region).mean;
   if (!(diameter > 0) || !(surface > region.low.y)) return {};
   const FieldKernel kernel(FieldKernel::Kind::lucy, diameter);
-  constexpr double most_rows = 12, most_points = 8;
+  // A kernel is four diameters wide: points a diameter apart see all between them alike, farther ones only what is
+  // near.
+  constexpr double most_rows = 12, most_points = 24;
   const double reach = kernel.reach();
-  const auto across = [&](double low, double high) {
-    return between(low, high, reach, std::max(2 * diameter, (high - low) / most_points));
+  const dem::PeriodicCell& cell = bed.options().periodic;
+  const auto across = [&](int d) {
+    if (cell.length[d] > 0)
+      return over_period(cell.low[d], cell.length[d], std::max(diameter, cell.length[d] / most_points));
+    const double low = region.low[d], high = region.high[d];
+    return between(low, high, reach, std::max(diameter, (high - low) / most_points));
   };
-  const Line x = across(region.low.x, region.high.x), z = across(region.low.z, region.high.z);
+  const Line x = across(0), z = across(2);
   const Line y = between(region.low.y, surface, reach, std::max(2 * diameter, (surface - region.low.y) / most_rows));
   const FieldGrid grid{
       .low = {x.low, y.low, z.low}, .spacing = {x.spacing, y.spacing, z.spacing}, .n = {x.n, y.n, z.n}};
 
   CoarseGraining fields(grid, kernel);
   const GrainCentres centres(bed);
+  const auto add_contact = [&](std::uint32_t grain, const Vec3& point, const Vec3& force) {
+    const Vec3 centre = centres.near(grain, point);
+    Vec3 low = centre, high = centre;
+    for (int d = 0; d < 3; ++d) low[d] = std::min(low[d], point[d]), high[d] = std::max(high[d], point[d]);
+    each_image(low, high, cell, reach,
+               [&](const Vec3& shift) { fields.add_contact(centre + shift, point + shift, force); });
+  };
   std::vector<double> contacts;
   for (const dem::ContactRecord& c : bed.contacts()) {
-    const Vec3 centre = centres.near(c.i, c.point);
-    fields.add_contact(centre, c.point, c.force);
+    add_contact(c.i, c.point, c.force);
     if (c.at_surface) continue;
-    fields.add_contact(centres.near(c.j, c.point), c.point, -c.force);
+    add_contact(c.j, c.point, -c.force);
     for (const std::uint32_t id : {c.i, c.j}) {
       if (id >= contacts.size()) contacts.resize(id + 1);
       ++contacts[id];
     }
   }
-  for (const dem::Sphere& s : spheres)
-    fields.add({.position = bed.options().periodic.wrapped(s.x),
-                .velocity = {},
-                .mass = s.m,
-                .volume = bed.volume_of(s),
-                .contacts = s.id < contacts.size() ? contacts[s.id] : 0});
+  for (const dem::Sphere& s : spheres) {
+    const Vec3 at = cell.wrapped(s.x);
+    each_image(at, at, cell, reach, [&](const Vec3& shift) {
+      fields.add({.position = at + shift,
+                  .velocity = {},
+                  .mass = s.m,
+                  .volume = bed.volume_of(s),
+                  .contacts = s.id < contacts.size() ? contacts[s.id] : 0});
+    });
+  }
   const GrainFields f = fields.finish();
 
   std::vector<DepthRow> out;

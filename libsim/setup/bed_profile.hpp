@@ -21,9 +21,10 @@ struct DepthRow {
   }
 };
 
-/// Rows two mean diameters apart, twelve at most, each with what lies within two diameters. Points keep that distance
-/// from walls where the bed is wide enough, and from floor and surface: nearer, they would count empty space. A bed
-/// that is not eight diameters deep has one row, of its middle. Of spheres with numbers below `below` only.
+/// Rows two mean diameters apart, twelve at most, each with what lies within two diameters. Points of a row are a
+/// diameter apart, 24 along a side at most. They keep two diameters from walls where the bed is wide enough, and from
+/// floor and surface: nearer, they would count empty space. Across periodic sides they count the images. A bed that is
+/// not eight diameters deep has one row, of its middle. Of spheres with numbers below `below` only.
 std::vector<DepthRow> profile_by_depth(dem::Bed& bed, const dem::Bounds& region,
                                        std::uint32_t below = dem::kAllSpheres);
 
