@@ -12,7 +12,7 @@ void describe(Fields& v, EqualRadius& r) {
 }
 
 void describe(Fields& v, NormalRadius& r) {
-  v.card("normal", "normal distribution by number, cut off");
+  v.card("normal", "normal distribution, cut off, of the number or the mass of grains (`shares`)");
   v.quantity("normal", r.mean, "m", "(0, inf)", "mean radius");
   v.quantity("deviation", r.deviation, "m", "(0, inf)", "standard deviation");
   v.quantity("minimum", r.least, "m", "(0, inf)", "smaller radii are drawn again");
@@ -20,7 +20,7 @@ void describe(Fields& v, NormalRadius& r) {
 }
 
 void describe(Fields& v, UniformRadius& r) {
-  v.card("uniform", "all radii between two values equally likely, by number");
+  v.card("uniform", "all radii between two values equally likely, by number or mass (`shares`)");
   v.span("uniform", r.least, r.largest, "m", "(0, inf)", "minimum and maximum radius");
 }
 

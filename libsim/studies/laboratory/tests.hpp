@@ -30,7 +30,8 @@ struct SampleWords {
     v.optional_reference("material", material, Family::material, "of the grains; left out: the bed's");
     v.optional_reference("walls", walls, Family::material, "of floors, lids and tools; left out: the container's");
     v.optional_form("radius", radius, "of the grains, or a distribution; left out: the bed's");
-    v.choice("shares", shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what a table's shares count");
+    v.choice("shares", shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}},
+             "what the distribution of radii counts");
     v.count("packings", packings, "[1, 1000]", "random packings; every number has an error bar over them");
     v.count("seed", seed, "[0, inf)", "of the first packing; the next ones follow");
     v.quantity("lowered", lowered, "1", "[0, 1]",
