@@ -64,7 +64,11 @@ void refuse_failed(const GrowingStudy& study, const std::vector<std::size_t>& pl
     std::string values;
     for (const std::string& v : study.study().points[k].values) values += (values.empty() ? "" : ", ") + v;
     if (r.end != PointResult::End::reached)
-      throw std::runtime_error(fmt::format("the run at {} fails, so that there is no derivative: {}", values, r.cause));
+      throw std::runtime_error(fmt::format("the run at {} fails, so that there is no derivative: {}{}", values, r.cause,
+                                           k == places.front()
+                                               ? ""
+                                               : "; values on both sides of `at` are run: give one farther from this "
+                                                 "limit, or a smaller `step`"));
     for (std::size_t n = 0; n < r.value.size(); ++n)
       if (!std::isfinite(r.value[n]))
         throw std::runtime_error(

@@ -212,11 +212,11 @@ TEST(PlacementReport, AToolBelowTheFloorIsNamed) {
   const std::vector<std::string> below = {"machine.surfaces.blade.at=0 -300 0 mm"};
   const Seen seen = look(below);
   EXPECT_EQ(
-      seen.start.rfind("tine lies wholly below the floor of the container at the start, by 0.07 m, and touches no "
+      seen.start.rfind("tine lies wholly below the floor of the container at the start, by 0.09 m, and touches no "
                        "soil there; start it higher",
                        0),
       0U)
-      << seen.start << "its upper edge is at 60 - 300 + 90 = -150 mm, the floor at -80 mm";
+      << seen.start << "its upper edge is at 60 - 300 + 90 = -150 mm, the floor three rows of 20 mm below the surface";
   EXPECT_EQ(seen.way.find("in soil"), std::string::npos) << seen.way;
   const auto expected = [](const std::vector<std::string>& sets) {
     const Loaded loaded = load_scenario_text(towed, "case.yaml", sets);
