@@ -10,14 +10,14 @@
 /// made of them; nothing else includes this header.
 namespace subsoil::dem {
 
-/// Decisions of a settling in their order: those of a state to go on from first, then its own.
+/// Decisions of a settling in their order: those of a state to continue from first, then its own.
 class Decisions {
  public:
   explicit Decisions(const SettleState* from) {
     if (from != nullptr) made_ = from->decisions;
   }
   bool replaying() const { return next_ < made_.size(); }
-  /// What was decided here; else what `decide` says now.
+  /// What was decided here; else what `decide` returns now.
   template <class Decide>
   double operator()(const Decide& decide) {
     if (!replaying()) made_.push_back(decide());
@@ -69,7 +69,7 @@ class Settler {
 
  private:
   double elapsed() const { return bed_.time() - start_; }
-  /// Kinetic energy of the spheres as a speed, m/s; that of their spin included or not.
+  /// Kinetic energy of the spheres as a speed, m/s; that of their rotation included or not.
   double rms_speed(bool with_spin) const;
 
   /// Mass and size of what lies in the bed now; it changes only between runs.

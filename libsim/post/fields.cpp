@@ -9,10 +9,10 @@
 #include <stdexcept>
 
 #include "libdem/particles/particles.hpp"
+#include "libsim/base/periodic_images.hpp"
 #include "libsim/post/disturbance.hpp"
 #include "libsim/post/fields_file.hpp"
 #include "libsim/post/frames_file.hpp"
-#include "libsim/base/periodic_images.hpp"
 #include "libsim/post/run_folder.hpp"
 
 namespace subsoil::sim {

@@ -62,7 +62,8 @@ void describe(Fields& v, BedSection& b) {
   v.list("layers", b.layers,
          "in place of the material: layers from the surface down; without `depth` they decide how deep the bed is");
   v.optional_form("radius", b.radius, "radius of the spheres, or a distribution; not for particles and file");
-  v.choice("shares", b.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what the distribution of radii counts");
+  v.choice("shares", b.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}},
+           "what the distribution of radii counts");
   v.quantity("pitch", b.pitch, "m", "(0, inf)",
              "of the lattice; left out: 2.02 radii, or for rest-lattice from the law");
   v.section("region", b.region, "box that is filled; left out: the container");

@@ -28,7 +28,8 @@ void describe(Fields& v, InletSection& i) {
   v.list("clumps", i.clumps,
          "how many of the grains are clumps, each in an attitude of its own by the seed; left out with `radius`: the "
          "bed's");
-  v.choice("shares", i.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}}, "what the distribution of radii counts");
+  v.choice("shares", i.shares, {{"number", ShareOf::number}, {"mass", ShareOf::mass}},
+           "what the distribution of radii counts");
   v.quantity("from", i.from, "s", "[0, inf)", "time at which it opens");
   v.quantity("until", i.until, "s", "(0, inf]", "time at which it closes");
   v.vector("velocity", i.velocity, "m/s", "of the grains when they come");
