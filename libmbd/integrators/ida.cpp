@@ -12,7 +12,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/shared_reactions.hpp"
-#include "libmbd/forces/beam_element.hpp"
+#include "libmbd/elements.hpp"
 #include "libmbd/integrators/sundials.hpp"
 
 namespace subsoil::mbd {
@@ -28,9 +28,16 @@ Pointer* check_ida(Pointer* pointer, const char* call) {
   return sundials::check(pointer, call);
 }
 
-bool has_beams(const Model& model) {
-  return std::any_of(model.forces.begin(), model.forces.end(),
-                     [](const auto& f) { return f.element.template get_if<BeamElement>() != nullptr; });
+/// The bodies that beams join, each once, from 0.
+std::vector<Eigen::Index> nodes_of_beams(const Model& model) {
+  std::vector<Eigen::Index> out;
+  for (const auto& f : model.forces)
+    if (const BeamElement* beam = f.element.get_if<BeamElement>())
+      for (const int body : {beam->body_a, beam->body_b})
+        if (body != ground) out.push_back(body - 1);
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
 }
 
 }  // namespace
@@ -39,10 +46,11 @@ struct Ida::Solver {
   System& system;
   Partition& partition;
   const Switches& switches;
-  double rtol, hundredth;  // of a step; what of the tolerance asked for that is
-  bool index_1, beams;
+  double rtol, asked;  // of a step; how many times that the tolerance asked for is
+  bool index_1;
   std::vector<int> rows;
-  Eigen::Index n, r, e;  // coordinates, equations used, energy flows
+  std::vector<Eigen::Index> nodes;  // of beams
+  Eigen::Index n, r, e;             // coordinates, equations used, energy flows
   sundials::Context context;
   sundials::Vector y, dy, dense, tolerance, id;
   void* memory = nullptr;
@@ -55,20 +63,18 @@ struct Ida::Solver {
   std::vector<double> values;  // of the switching functions, as they were evaluated last
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
-  bool fresh = true;                // no step since the last beginning
-  long failures = 0;                // of the error test
-  int since_failure = 0, hold = 0;  // steps; for how many the length is held after the last failure
+  bool fresh = true;  // no step since the last beginning
 
   Solver(System& s, Partition& p, const Switches& g, bool accelerations, const MotionState& at,
-         double relative_tolerance, double share)
+         double relative_tolerance, double asked_of_it)
       : system(s),
         partition(p),
         switches(g),
         rtol(relative_tolerance),
-        hundredth(share),
+        asked(asked_of_it),
         index_1(accelerations),
-        beams(has_beams(s.model())),
         rows(p.used_rows()),
+        nodes(nodes_of_beams(s.model())),
         n(s.coordinates()),
         r(static_cast<Eigen::Index>(rows.size())),
         e(at.rates.size()),
@@ -172,38 +178,48 @@ struct Ida::Solver {
       res[first + i] = yp[first + i] - rates[static_cast<std::size_t>(i - flows)];
   }
 
-  /// m, of the farthest place, and of the pitch circle that has turned most, as gears know places by angles.
-  double farthest_place(const ConstMap& y) const {
+  /// m, of the farthest place, and of the pitch circle that has turned most, as gears know places by angles: where it
+  /// is more than that of the machine's own lengths, which the tolerances are made for; else 0.
+  double rounding_of_places(const ConstMap& y) const {
+    constexpr double far_away = 10;
     double farthest = 0;
     for (Eigen::Index i = 0; i < n; ++i) farthest = std::max(farthest, arm(i) * std::abs(y[i]));
-    return farthest;
+    return farthest > far_away * system.length_scale() ? std::numeric_limits<double>::epsilon() * farthest : 0;
   }
   double arm(Eigen::Index i) const { return i % 3 == 2 ? system.body_size(static_cast<int>(i / 3) + 1) : 1; }
 
   /// 1/(rtol |y| + atol), with the length of a body's x and y for either: a component that passes zero as its body
-  /// turns would ask for more digits there than rounding of the pose, divided by a step, leaves. Far from the origin
-  /// that rounding is all that is known of velocities: a tolerance below would shorten the step, and so be farther
-  /// below. In a beam it is so anywhere: its strains are small differences of places, and its damping turns their
-  /// rounding into velocities, those of the small inertia of a node first. There a step may err by that rounding,
-  /// though not by more than is asked of the whole motion.
+  /// turns would ask for more digits there than rounding of the pose, divided by a step, leaves. Where rounding is
+  /// large that is all that is known of velocities: a tolerance below would shorten the step, and so be farther below.
+  /// Velocities of the nodes of beams are one field, of which one may pass zero while the others move. Where a step is
+  /// long for the stiff, damped motions of a node it follows the others as by a constraint, and its velocity errs by an
+  /// order more than its place: it may err in a step by the tolerance that is asked for the motion as a whole.
+  /// Source: C. Lubich, Integration of stiff mechanical systems by Runge-Kutta methods, ZAMP 44 (1993) 1022.
   static int call_weights(N_Vector yy, N_Vector out, void* self) {
-    constexpr double far_away = 10;
     const auto& s = *static_cast<Solver*>(self);
     const ConstMap y(N_VGetArrayPointer(yy), s.size());
     Map weight(N_VGetArrayPointer(out), s.size());
     weight = y.cwiseAbs();
     for (Eigen::Index i = 0; i < 2 * s.n; i += 3) weight.segment(i, 2).setConstant(y.segment(i, 2).norm());
+    double speed = 0, turning = 0;
+    for (const Eigen::Index node : s.nodes) {
+      speed = std::max(speed, weight[s.n + 3 * node]);
+      turning = std::max(turning, weight[s.n + 3 * node + 2]);
+    }
+    for (const Eigen::Index node : s.nodes) {
+      weight.segment(s.n + 3 * node, 2).setConstant(speed);
+      weight[s.n + 3 * node + 2] = turning;
+    }
     weight = s.rtol * weight + s.tolerance.map();
+    for (const Eigen::Index node : s.nodes) weight.segment(s.n + 3 * node, 3) *= s.asked;
     double h = 0;
-    const double farthest = s.farthest_place(y), rounding = std::numeric_limits<double>::epsilon() * farthest;
-    const bool far = farthest > far_away * s.system.length_scale();
-    if ((far || s.beams) && IDAGetCurrentStep(s.memory, &h) == IDA_SUCCESS && h > 0)
+    if (IDAGetCurrentStep(s.memory, &h) == IDA_SUCCESS && h > 0) {
+      const double rounding = s.rounding_of_places(y);
       for (Eigen::Index i = 0; i < s.n; ++i) {
-        double &place = weight[i], &velocity = weight[s.n + i];
-        const double of_velocity = rounding / (s.arm(i) * h);
-        place = std::max(place, rounding / s.arm(i));
-        velocity = std::max(velocity, far ? of_velocity : std::min(of_velocity, velocity / s.hundredth));
+        weight[i] = std::max(weight[i], rounding / s.arm(i));
+        weight[s.n + i] = std::max(weight[s.n + i], rounding / (s.arm(i) * h));
       }
+    }
     weight = weight.cwiseInverse();
     return 0;
   }
@@ -246,29 +262,6 @@ struct Ida::Solver {
       s.differences(t, cj, map(yy), map(yp), {N_VGetArrayPointer(at), s.size()}, jacobian, map(work));
     });
   }
-  /// With beams: a velocity that a stiff, damped element follows (of a node) errs by the order of the step's own error,
-  /// so that it jumps where IDA doubles a step, and fails there, though steps of one length agree to far more digits.
-  /// IDA would double again two steps later, and never raise the order, for which it needs order + 2 steps of one
-  /// length: steps would stay at 1e-8 s. After failures that come so close the length is held, each time for twice as
-  /// many.
-  void hold_after_failures() {
-    if (!beams) return;
-    constexpr int most = 64;
-    long count = 0;
-    int order = 0;
-    IDAGetNumErrTestFails(memory, &count);
-    IDAGetLastOrder(memory, &order);
-    ++since_failure;
-    if (count > failures) {
-      const bool close = since_failure <= hold + order + 2;
-      hold = close ? std::clamp(2 * hold, order + 3, most) : 0;
-      since_failure = 0;
-    }
-    failures = count;
-    constexpr double doubled = 2, never = 1e6;  // quotient of steps from which IDA takes the longer one
-    IDASetEtaFixedStepBounds(memory, 1.0, since_failure < hold ? never : doubled);
-  }
-
   /// lambda and q'' at the state that was set. The method's own lambda stands outside its error test and Newton's, and
   /// is no value to decide by: at rest, where steps are long, it errs by percents inside them.
   void take_solution(double t, const ConstMap& yy, const ConstMap& yp) {
@@ -316,7 +309,7 @@ Ida::~Ida() = default;
 void Ida::build() {
   const long steps_before = steps(), evaluations_before = evaluations();
   solver_ = std::make_unique<Solver>(system_, partition_, switches_, options_.formulation == IdaFormulation::index_1,
-                                     now_, rtol_, rtol_ / options_.rtol);
+                                     now_, rtol_, options_.rtol / rtol_);
   auto& s = *solver_;
   s.steps_before = steps_before, s.evaluations_before = evaluations_before;
   s.set_weights(atol_);
@@ -382,7 +375,6 @@ Adaptive::Reached Ida::take_step(double stop) {
   double t = now_.t;
   s.thrown = nullptr;
   const int code = IDASolve(s.memory, t + 1, &t, s.y, s.dy, IDA_ONE_STEP);  // single steps, whatever the end is
-  s.hold_after_failures();
   if (s.thrown) failure_ = s.thrown;
   if (code < 0 && s.thrown) std::rethrow_exception(s.thrown);
   sundials::check_step(code, t, IDAGetReturnFlagName);

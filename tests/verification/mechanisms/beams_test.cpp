@@ -434,10 +434,11 @@ TEST(Beams, SpinUp) {
   EXPECT_LT(machine.energy().closure(), 1e-5);
 }
 
-// A hub that turns by 1 rad within 0.2 s and a steel beam on it, damped and with a mass at its end. Rounding of places,
-// as damping answers it, stands in the turning of a node of 1e-7 kg m^2: a tolerance below it would hold the steps of
-// IDA at 1e-8 s. 0.1 s take some 2,000 of them. Tolerances tenfold apart agree within the wider one.
-TEST(Beams, RoundingOfStiffNodesDoesNotHoldUpIda) {
+// A hub that turns by 1 rad within 0.2 s and a steel beam on it, damped and with a mass at its end. A node of 1e-7 kg
+// m^2 follows them, stiff and damped, and its angular velocity passes zero at 0.08 s: asked for as many digits as the
+// others it holds the steps of IDA at 1e-8 s. The motion takes some thousand steps at any tolerance, and agrees with
+// that of the tightest within twenty times its own.
+TEST(Beams, VelocitiesOfStiffNodesDoNotHoldUpIda) {
   Beam beam = strip(2);
   beam.points = {{0.1, 0}, {0.7, 0}}, beam.section = RectangleSection{{0.003, 0.02}}, beam.damping_ratio = 0.01;
   const auto after = [&](double rtol) {
@@ -451,17 +452,20 @@ TEST(Beams, RoundingOfStiffNodesDoesNotHoldUpIda) {
     m.add("turn", CoordinateDriver{.body = hub, .coordinate = Coordinate::angle, .motion = {.position = turn}});
     Machine machine(m, {.integrator = IntegratorKind::ida, .ida = {.rtol = rtol}});
     machine.start_from_pose();
-    for (int i = 1; i <= 100 && dynamic_cast<const Adaptive&>(machine.integrator()).steps() < 20'000; ++i)
+    for (int i = 1; i <= 400 && dynamic_cast<const Adaptive&>(machine.integrator()).steps() < 20'000; ++i)
       machine.advance_to(1e-3 * i);
     EXPECT_LT(dynamic_cast<const Adaptive&>(machine.integrator()).steps(), 20'000)
         << "rtol " << rtol << " at t = " << machine.time();
-    EXPECT_LT(machine.energy().closure(), 1e-6);
+    EXPECT_LT(machine.energy().closure(), std::max(1e-6, 20 * rtol)) << rtol;
     return machine.body(tip);
   };
-  const BodyState fine = after(1e-8), wide = after(1e-7);
-  EXPECT_NEAR(fine.angle, wide.angle, 1e-7);
-  EXPECT_NEAR(fine.r.y, wide.r.y, 1e-7);
-  EXPECT_NEAR(fine.v.y, wide.v.y, 1e-6);
+  const BodyState fine = after(1e-10);
+  for (const double rtol : {1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
+    const BodyState body = after(rtol);
+    EXPECT_NEAR(body.angle, fine.angle, 20 * rtol) << rtol;
+    EXPECT_NEAR(body.r.y, fine.r.y, 20 * rtol) << rtol;
+    EXPECT_NEAR(body.v.y, fine.v.y, 200 * rtol) << rtol;  // of 10 rad/s and more: a frequency times the place
+  }
 }
 
 TEST(Beams, RefusesWhatIsNoBeam) {
