@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "libsim/document/quantity.hpp"
+#include "libsim/document/shared_keys.hpp"
 #include "libsim/keys/fields.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/studies/laboratory/tests.hpp"
-#include "libsim/studies/sweep/plan.hpp"
 
 namespace subsoil::sim {
 namespace {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libsim/document/quantity.hpp"
+#include "libsim/document/shared_keys.hpp"
 #include "libsim/keys/fields.hpp"
 #include "libsim/keys/reading.hpp"
 #include "libsim/scenario/checks.hpp"

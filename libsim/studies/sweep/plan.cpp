@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "libsim/document/shared_keys.hpp"
 #include "libsim/document/units.hpp"
 #include "libsim/keys/fields.hpp"
 #include "libsim/keys/reading.hpp"
@@ -115,15 +116,6 @@ std::vector<double> in_one_unit(const std::vector<std::string>& values) {
 }
 
 }  // namespace
-
-Node written_scenario(const std::string& file, const std::vector<std::string>& sets) {
-  Problems unheard;
-  try {
-    return read_document(file, sets, unheard);
-  } catch (const std::exception&) {
-    return {};
-  }
-}
 
 double SweepParameter::at(double u) const { return value_in_range(scale, between[0], between[1], u); }
 
