@@ -54,6 +54,13 @@ const Node* list_item(const Node& list, const std::string& part) {
   return nullptr;
 }
 
+/// What a part of a path means in a list or mapping; null: there is none.
+const Node* below(const Node& node, const std::string& part) {
+  if (node.kind == Node::Kind::sequence) return list_item(node, part);
+  const Node::Entry* const entry = node.find(part);
+  return entry == nullptr ? nullptr : &entry->value;
+}
+
 void apply_set(Node& root, const std::string& set, Problems& problems) {
   const Place place{"--set", 0, 0};
   const std::size_t equals = set.find('=');
@@ -133,15 +140,8 @@ Node finish(Node root, const std::string& name, const std::vector<std::string>& 
 
 const Node* find_path(const Node& root, const std::string& path) {
   const Node* node = &root;
-  for (const std::string& part : path_parts(path)) {
-    if (node->kind == Node::Kind::sequence) {
-      node = list_item(*node, part);
-    } else {
-      const Node::Entry* const entry = node->find(part);
-      node = entry == nullptr ? nullptr : &entry->value;
-    }
-    if (node == nullptr) return nullptr;
-  }
+  for (const std::string& part : path_parts(path))
+    if ((node = below(*node, part)) == nullptr) break;
   return node;
 }
 
@@ -151,15 +151,10 @@ bool paths_meet(const Node& root, const std::string& one, const std::string& oth
     std::vector<std::string> parts = path_parts(path);
     const Node* node = &root;
     for (std::string& part : parts) {
-      if (node == nullptr) break;
-      if (node->kind == Node::Kind::sequence) {
-        const Node* const item = list_item(*node, part);
-        if (item != nullptr) part = std::to_string(item - node->items.data());
-        node = item;
-      } else {
-        const Node::Entry* const entry = node->find(part);
-        node = entry == nullptr ? nullptr : &entry->value;
-      }
+      const Node* const inside = below(*node, part);
+      if (inside == nullptr) break;
+      if (node->kind == Node::Kind::sequence) part = std::to_string(inside - node->items.data());
+      node = inside;
     }
     return parts;
   };

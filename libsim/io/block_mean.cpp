@@ -6,6 +6,7 @@
 namespace subsoil::sim {
 namespace {
 
+constexpr double block_rounding = 1e-9;  // of a block: of times that are summed up
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Student's t of 95 %, two-sided; within 0.002 of the tables from 6 degrees of freedom on.
@@ -16,11 +17,10 @@ double student(double freedom) { return 1.96 + 2.4 / freedom + 3 / (freedom * fr
 void BlockMean::add(double duration, double value) {
   if (!(duration > 0)) return;
   duration_ += duration, integral_ += duration * value;
-  constexpr double rounding = 1e-9;  // of a block
   // What ends in the next block is parted: else each block is longer by a part of a step, and of n periods one is
   // missing.
   const double room = length_ - open_.duration;
-  if (duration < length_ && duration > room + rounding * length_) {
+  if (duration < length_ && duration > room + block_rounding * length_) {
     take(room, value);
     duration -= room;
   }
@@ -29,7 +29,7 @@ void BlockMean::add(double duration, double value) {
 
 void BlockMean::take(double duration, double value) {
   open_.duration += duration, open_.integral += duration * value;
-  if (open_.duration < length_ * (1 - 1e-9)) return;
+  if (open_.duration < length_ * (1 - block_rounding)) return;
   blocks_.push_back(open_);
   open_ = {};
   if (blocks_.size() < most) return;
