@@ -23,6 +23,7 @@
 #include "libsim/setup/container.hpp"
 #include "libsim/setup/laws.hpp"
 #include "libsim/setup/shown_area.hpp"
+#include "libsim/setup/travel_direction.hpp"
 
 namespace subsoil::sim {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "libmbd/elements.hpp"
-#include "libsim/setup/approach_speed.hpp"
 #include "libsim/setup/moving_soil.hpp"
+#include "libsim/setup/travel_direction.hpp"
 
 namespace subsoil::sim {
 namespace {

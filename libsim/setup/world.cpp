@@ -19,6 +19,7 @@
 #include "libsim/setup/servo.hpp"
 #include "libsim/setup/shapes.hpp"
 #include "libsim/setup/soil.hpp"
+#include "libsim/setup/travel_direction.hpp"
 #include "libsim/setup/yielding.hpp"
 
 namespace subsoil::sim {

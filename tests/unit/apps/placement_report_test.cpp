@@ -7,6 +7,7 @@
 #include "libsim/run/overlap_advice.hpp"
 #include "libsim/run/surface_report.hpp"
 #include "libsim/setup/approach_speed.hpp"
+#include "libsim/setup/travel_direction.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
 
