@@ -45,10 +45,10 @@ class Fmu:
         of = self.variables[name] if self.three else self.variables[name].find("Real")
         return float(of.get("start"))
 
-    def instance(self, parameters=None, start=0.0, logging=False):
+    def instance(self, parameters=None, start=0.0, logging=False, stop=None):
         """One that is initialized."""
         out = Instance(self, logging=logging)
-        out.initialize(parameters or {}, start)
+        out.initialize(parameters or {}, start, stop)
         return out
 
     def close(self):
@@ -107,13 +107,15 @@ class Instance:
         if status > WARNING:
             self.fail(name)
 
-    def initialize(self, parameters, start=0.0):
+    def initialize(self, parameters, start=0.0, stop=None):
+        """stop: no step may end later."""
         self.time = start
+        stops, stop = stop is not None, REAL(stop or 0)
         if not self.fmu.three:
-            self.call("SetupExperiment", 0, REAL(0), REAL(start), 0, REAL(0))
+            self.call("SetupExperiment", 0, REAL(0), REAL(start), int(stops), stop)
         self.set(parameters)
         if self.fmu.three:
-            self.call("EnterInitializationMode", ctypes.c_bool(False), REAL(0), REAL(start), ctypes.c_bool(False), REAL(0))
+            self.call("EnterInitializationMode", ctypes.c_bool(False), REAL(0), REAL(start), ctypes.c_bool(stops), stop)
         else:
             self.call("EnterInitializationMode")
         self.call("ExitInitializationMode")

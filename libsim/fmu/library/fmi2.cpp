@@ -77,8 +77,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, 
 
 void fmi2FreeInstance(fmi2Component c) { delete static_cast<FmuInstance*>(c); }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean, fmi2Real) {
-  return call(c, fmi2Error, [&](FmuInstance& self) { return self.start_at(start), fmi2OK; });
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean stops,
+                               fmi2Real stop) {
+  return call(c, fmi2Error, [&](FmuInstance& self) {
+    return self.start_at(start, stops ? std::optional(stop) : std::nullopt), fmi2OK;
+  });
 }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
   return call(c, fmi2Error, [](FmuInstance& self) { return self.enter_initialization(), fmi2OK; });

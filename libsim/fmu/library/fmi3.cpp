@@ -78,10 +78,12 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3Strin
 }
 void fmi3FreeInstance(fmi3Instance c) { delete static_cast<Component*>(static_cast<FmuInstance*>(c)); }
 
-fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean, fmi3Float64, fmi3Float64 start, fmi3Boolean,
-                                       fmi3Float64) {
-  return call(c, fmi3Error,
-              [&](FmuInstance& self) { return self.start_at(start), self.enter_initialization(), fmi3OK; });
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean, fmi3Float64, fmi3Float64 start, fmi3Boolean stops,
+                                       fmi3Float64 stop) {
+  return call(c, fmi3Error, [&](FmuInstance& self) {
+    self.start_at(start, stops ? std::optional(stop) : std::nullopt);
+    return self.enter_initialization(), fmi3OK;
+  });
 }
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
   return call(c, fmi3Error, [](FmuInstance& self) { return self.exit_initialization(), fmi3OK; });

@@ -119,6 +119,7 @@ void FmuInstance::reset() {
   applied_.assign(values_.size(), std::numeric_limits<double>::quiet_NaN());
   given_.assign(values_.size(), 0);
   failed_.clear();
+  stop_.reset();
   offset_ = time_ = 0, initialized_ = start_is_known_ = false;
 }
 
@@ -285,6 +286,11 @@ double FmuInstance::step(double time, double length, const Intermediate& interme
   if (std::abs(time - time_) > close_share * std::max(length, s.step_length()))
     throw std::invalid_argument(fmt::format(
         "communication point = {} s: the instance stands at {} s; restore a state to go back", time, time_));
+  if (stop_ && time + length - *stop_ > close_share * std::max(length, s.step_length()))
+    throw std::invalid_argument(
+        fmt::format("a communication step of {} s from {} s passes the stop time {} s that the importer has defined; "
+                    "make it shorter, or leave the stop time open",
+                    length, time, *stop_));
   try {
     apply_inputs(time + length - offset_ - s.time());
     time_ = advance(time, length, intermediate);

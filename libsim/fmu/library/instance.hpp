@@ -29,7 +29,8 @@ class FmuInstance {
   double get(std::uint32_t reference);
   void set(std::uint32_t reference, double value);
 
-  void start_at(double time) { time_ = time; }
+  /// @param stop no step may end later; FMI lets an importer leave it open
+  void start_at(double time, std::optional<double> stop) { time_ = time, stop_ = stop; }
   void enter_initialization();
   void exit_initialization();
   /// From the communication point, where inputs are set, over `length`. Returns the time reached: the end, unless
@@ -85,8 +86,9 @@ class FmuInstance {
   std::vector<dem::Pose> pose_;  ///< of tools, at the start of a step, and
   std::vector<SurfaceMotion> motion_;
   double motion_from_ = 0;
-  double offset_ = 0;  ///< time of the importer less that of the scenario
-  double time_ = 0;    ///< of the importer
+  double offset_ = 0;           ///< time of the importer less that of the scenario
+  double time_ = 0;             ///< of the importer
+  std::optional<double> stop_;  ///< of the importer
   bool initialized_ = false, start_is_known_ = false;
   std::string failed_;  ///< why the last step failed; empty: it did not
 };

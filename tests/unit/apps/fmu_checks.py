@@ -453,6 +453,23 @@ class Errors(unittest.TestCase):
                 self.assertEqual(one["time"], 1e-3)
                 one.close()
 
+    def test_no_step_passes_a_defined_stop_time(self):
+        for version in "2", "3":
+            with Fmu(soil("--fmi", version)) as fmu:
+                one = fmu.instance(start=1.0, stop=1.003)
+                one.step(2e-3)
+                with self.assertRaisesRegex(FmiError, r"of 0\.002 s from 1\.002 s passes the stop time 1\.003 s"):
+                    one.step(2e-3)
+                one.step(1e-3)
+                self.assertAlmostEqual(one["time"], 1.003, delta=1e-12)
+                with self.assertRaisesRegex(FmiError, "passes the stop time"):
+                    one.step(1e-5)
+                one.close()
+                free = fmu.instance()
+                free.step(2e-3)
+                self.assertEqual(free["time"], 2e-3)
+                free.close()
+
     def test_a_failed_step_is_named_and_can_be_taken_back(self):
         with Fmu(soil()) as fmu:
             one = fmu.instance()
