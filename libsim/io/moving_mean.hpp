@@ -14,6 +14,8 @@ class MovingMean {
   explicit MovingMean(double length) : length_(length) {}
   /// The value that held over the `duration` that ends at `time`.
   void add(double time, double duration, double value);
+  /// What came before does not count: there was no value since.
+  void restart() { knots_.clear(), full_ = false; }
   /// True once a full length has been seen.
   bool full() const { return full_; }
   double length() const { return length_; }

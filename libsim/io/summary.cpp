@@ -78,6 +78,10 @@ double Summary::window_until() const {
 }
 
 void Summary::take(Column& c, double time, double duration, double inside, double value) const {
+  if (std::isnan(value)) {  // a quotient 0/0: means are of the time in which there is a value
+    c.fine.restart(), c.coarse.restart();
+    return;
+  }
   c.now.mean.add(inside, value);
   const auto in_window = [&](double length) { return time - length >= from_ - 1e-9 * length && time <= until_; };
   const auto follow = [&](MovingMean& mean, Extremes& run, Extremes& window) {

@@ -22,7 +22,9 @@ void MotionSummary::add(double t, std::span<const double> middle, std::span<cons
   std::vector<double> half = of(middle);
   const std::vector<double> end = of(row);
   for (std::size_t i = 0; i < mean_.size(); ++i) {
-    if (columns_.of_history(columns_.summarised()[i])) half[i] = 0.5 * (begin_[i] + end[i]);
+    // A derivative has no value before its first line, whose slope it has at the end.
+    if (columns_.of_history(columns_.summarised()[i]))
+      half[i] = std::isnan(begin_[i]) ? end[i] : 0.5 * (begin_[i] + end[i]);
     const double simpson = (begin_[i] + 4 * half[i] + end[i]) / 6;
     mean_[i] = std::isfinite(simpson) ? simpson : half[i];  // as 0/0 at rest
   }
