@@ -37,7 +37,7 @@ Vec3 Tool::direction() const {
 
 ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
     : world_(world), simulation_(simulation) {
-  if (!world.bed || world.bed->spheres().empty()) return;
+  if (!world.bed) return;
   constexpr double far = std::numeric_limits<double>::infinity();
   low_ = {far, far, far}, high_ = {-far, -far, -far};
   for (const dem::Sphere& s : world.bed->spheres()) {

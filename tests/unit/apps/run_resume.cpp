@@ -131,6 +131,22 @@ void expect_no_seam(const std::string& scenario, const std::vector<std::string>&
 TEST(Resume, CoupledRunEndsWithTheSameBits) { expect_no_seam(small_pass); }
 TEST(Resume, CoupledRunInMixedPrecision) { expect_no_seam(small_pass, {"precision=mixed"}); }
 TEST(Resume, SettledBed) { expect_no_seam(with_bed("fill: random, material: soil, radius: 8 mm, count: 120")); }
+/// Without a grain at the start there is no soil yet that a tool would travel in.
+TEST(Resume, AToolInABinThatStartsEmpty) {
+  expect_no_seam(R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {soil: {density: 2600 kg/m^3}}
+contacts: [{between: [soil, soil], law: linear, k_n: 30 kN/m, restitution: 0.4, mu: 0.5}]
+soil:
+  container: {size: 0.3 0.3 0.1 m, at: 0 -0.1 -0.05 m, material: soil}
+  inlets:
+    a: {box: {at: 20 130 -45 mm, size: 100 50 90 mm}, rate: 2 kg/s, material: soil, radius: 5 mm}
+boundaries:
+  - {name: bar, material: soil, shape: {box: 20 20 60 mm}, at: 60 60 0 mm, moves: [{velocity: 0.1 0 0 m/s}]}
+time: {end: 0.5 s}
+output: {every: 10 ms}
+)");
+}
 /// What lies in the window, which block comes next and what has been booked are in the checkpoint.
 TEST(Resume, MovingBed) { expect_no_seam(moving_pass); }
 /// What the tool's triangles have borne, and the pressure since the frame before, are in the checkpoint.
