@@ -20,10 +20,7 @@ MotionSamples::MotionSamples(RunOutput& output)
       t_(o_.simulation.time()) {
   o_.simulation.end_at(o_.s.time.end);
   if (!fixed_ && !searches_) return;
-  o_.world.machine->keep_dense_output();
-  evaluation_.emplace(machine_.evaluation());
-  mbd::StepSignals& columns = *this;
-  search_.emplace(columns, *evaluation_);
+  search_.emplace(*o_.world.machine, o_.columns, o_.crossings.get(), sums_up_ ? &motion_ : nullptr);
 }
 
 // 1 ms; for the summary alone an eighth of the step by which the method has resolved the motion.
@@ -31,7 +28,7 @@ double MotionSamples::longest() const {
   if (!searches_) return o_.simulation.step_length();
   const auto* const adaptive = dynamic_cast<const mbd::Adaptive*>(&machine_.integrator());
   const double resolved = watches_ || adaptive == nullptr ? 0 : 0.125 * adaptive->last_step();
-  return std::min(o_.simulation.step_length(), std::max(1e-3, resolved));
+  return std::min(o_.simulation.step_length(), std::max(MotionSearch::longest, resolved));
 }
 
 double MotionSamples::next_due(double t) const {
@@ -45,7 +42,7 @@ void MotionSamples::before_step(bool, StepRequest& request) {
   if (request.stop) return;
   if (!std::exchange(begun_, true) && searches_) o_.stops = search(t_);
   const bool last = o_.now.last || o_.stops;
-  request.stop = !write(t_, instant_at(t_, o_.close), last) || last;
+  request.stop = !write(t_, instant_at(t_), last) || last;
   o_.ended = last;
   const double due = std::min(next_due(t_), o_.state_due.next()), reaches = t_ + longest();
   planned_ = reaches < due - o_.close ? reaches : due;
@@ -63,7 +60,7 @@ bool MotionSamples::after_step() {
     if (t > before && !sums_up_) o_.summary->sample_mean(t, t - before, {});  // which moves its window
     if (!earlier && !(end > t + o_.close)) return true;
     if (t > before) ++o_.steps;
-    if (!write(t, earlier ? instant_behind(t) : instant_at(t, o_.close), o_.stops)) return false;
+    if (!write(t, earlier ? search_->instant_behind(t) : instant_at(t), o_.stops)) return false;
     if (o_.stops) return o_.ended = true;
     const double due = next_due(t);
     t = end < due - o_.close ? end : due;
@@ -88,79 +85,13 @@ mbd::Instant MotionSamples::machine() {
   const mbd::DenseOutput& last = machine_.dense_output();
   // A step that failed may have left nothing to read: then where it has got to.
   if (!o_.failure.empty() &&
-      (!evaluation_ || last.empty() || t_ < last.begin() || t_ > last.end() || !(last.begin() < last.end())))
+      (!search_ || last.empty() || t_ < last.begin() || t_ > last.end() || !(last.begin() < last.end())))
     return machine_.now();
-  return instant_at(t_, o_.close);
+  return instant_at(t_);
 }
 
-mbd::Instant MotionSamples::instant_at(double t, double close) {
-  if (machine_.time() > t + close) return evaluation_->evaluate(machine_.dense_output(), t);
-  return machine_.now();
-}
+mbd::Instant MotionSamples::instant_at(double t) { return search_ ? search_->instant_at(t, o_.close) : machine_.now(); }
 
-mbd::Instant MotionSamples::instant_behind(double t) {
-  const mbd::DenseOutput& step = machine_.dense_output();
-  std::size_t segment = step.segment_at(t);
-  while (segment + 1 < step.count() && step.span(segment + 1).begin <= t) ++segment;
-  return evaluation_->evaluate(step, t, segment);
-}
-
-bool MotionSamples::search(double t) {
-  if (t > t_ && search_->search(machine_.dense_output(), t_, t, fixed_ ? 1 : 2, o_.values)) return true;
-  sample(t, instant_at(t), o_.values);
-  return take_jump(t, o_.values);
-}
-
-void MotionSamples::sample(double t, const mbd::Instant& at, std::vector<double>& row) {
-  o_.columns.take_instant(t, at, row);
-}
-
-void MotionSamples::rounding(const mbd::Instant& at, std::span<const double> row, std::vector<double>& out) {
-  o_.columns.rounding_of(at, row, out);
-}
-
-void MotionSamples::request(double until, std::vector<mbd::Request>& out) {
-  if (o_.crossings->any()) o_.crossings->request(out);
-  o_.columns.request(out);
-  if (sums_up_) motion_.request(until, out);
-}
-
-bool MotionSamples::take_jump(double t, std::vector<double>& row) {
-  if (o_.columns.has_history()) o_.columns.follow(t, row);
-  if (sums_up_) motion_.begin(t, row);
-  return o_.crossings->any() && o_.crossings->look(t, row, Crossings::on_a_line);
-}
-
-bool MotionSamples::take_part(const mbd::StepPart& part) {
-  // What is followed over time is known at the end once it is followed to there, which cannot be undone: a passage of
-  // it inside the part, and all that is followed where the run ends, are followed again from the part's begin.
-  const bool rewinds = o_.crossings->of_history();
-  const Columns::Followed begun = rewinds ? o_.columns.followed() : Columns::Followed{};
-  const auto follow = [&](double end, std::vector<double>& half, std::vector<double>& row) {
-    if (o_.columns.has_history()) o_.columns.follow(end, row, half);
-  };
-  if (rewinds) follow(part.until, part.middle, part.end);
-  between_ = part.begin;
-  const bool stops = o_.crossings->any() && o_.crossings->look(part.until, part.end, [&](const Crossings::Passage& p) {
-    const auto gap = [&](double share) {
-      const double t = part.from + share * (part.until - part.from);
-      part.sample(t, between_);
-      if (o_.columns.of_history(p.column)) {
-        half_ = between_;
-        part.sample(0.5 * (part.from + t), half_);
-        o_.columns.set_followed(begun);
-        follow(t, half_, between_);
-      }
-      return between_[p.column] - p.level;
-    };
-    return mbd::locate_crossing(gap, p.side, p.at_start, p.at_end);
-  });
-  const double end = stops ? std::min(part.until, o_.crossings->stopped_at()) : part.until;
-  if (end < part.until) part.sample(0.5 * (part.from + end), part.middle), part.sample(end, part.end);
-  if (rewinds) o_.columns.set_followed(begun);
-  follow(end, part.middle, part.end);
-  if (sums_up_) motion_.add(end, part.middle, part.end);
-  return stops;
-}
+bool MotionSamples::search(double t) { return search_->search(t_, t, o_.values); }
 
 }  // namespace subsoil::sim

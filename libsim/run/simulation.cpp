@@ -18,6 +18,7 @@
 #include "libsim/run/input_report.hpp"
 #include "libsim/run/inputs.hpp"
 #include "libsim/run/machine_fault.hpp"
+#include "libsim/run/motion_search.hpp"
 #include "libsim/run/placement_report.hpp"
 #include "libsim/run/restart.hpp"
 #include "libsim/run/schedule.hpp"
@@ -115,6 +116,8 @@ struct Simulation::Impl : StepObserver {
     for (std::size_t c = 0; c < list.size(); ++c)
       columns.push_back({list[c].name, list[c].unit, stepper.columns().is_sum(c)});
     forget_values();
+    if (stepper.is_exact() && stepper.columns().has_history())
+      search.emplace(*stepper.world().machine, stepper.columns(), nullptr, nullptr);
   }
 
   static World build(const Loaded& loaded, const SimulationOptions& options, const SavedRun* start) {
@@ -183,13 +186,13 @@ struct Simulation::Impl : StepObserver {
     leave_held();  // the window of a moving bed advances next
   }
   void before_step(bool, StepRequest& request) override {
-    if (stepper.is_exact() && stepper.columns().has_history()) take_values();
+    if (search) search->begin(time(), stepper.values()), searched = time();
     const double dt = stepper.simulation().step_length();
     last = time() + dt >= target - close();
     request.stop = request.stop || stop;
     request.instant = request.instant || last;
     request.energies = request.energies || (last && energies);
-    request.until = std::min({request.until, target, time() + dt});
+    request.until = std::min({request.until, target, time() + (search ? std::min(dt, MotionSearch::longest) : dt)});
     for (const Observing& o : observers) {
       if (o.due.next() > time() + close()) request.until = std::min(request.until, o.due.next());
       // Who is called at the end of this step reads its values.
@@ -205,6 +208,7 @@ struct Simulation::Impl : StepObserver {
     }
   }
   bool after_step() override {
+    if (search) search->search(searched, time(), stepper.values());
     if (!has_bed()) return true;
     for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += about_origin(k);
     ++summed;
@@ -212,8 +216,8 @@ struct Simulation::Impl : StepObserver {
   }
   /// Values at this instant, of a machine alone.
   void take_values() {
-    stepper.columns().take_instant(stepper.values());
-    if (stepper.is_exact() && stepper.columns().has_history()) stepper.columns().follow(time(), stepper.values());
+    search ? static_cast<void>(search->begin(time(), stepper.values()))
+           : stepper.columns().take_instant(stepper.values());
   }
 
   double time() const { return stepper.simulation().time(); }
@@ -307,7 +311,9 @@ struct Simulation::Impl : StepObserver {
   std::vector<dem::Wrench> sums;  ///< of surfaces about the world's origin, over the steps of a call
   long summed = 0;
   bool in_observer = false;
-  double target = 0;  ///< s, to which the call steps
+  double target = 0;                   ///< s, to which the call steps
+  std::optional<MotionSearch> search;  ///< where columns of a machine alone are followed over time
+  double searched = 0;                 ///< s, from where it goes on
   bool last = false, stop = false;
   std::vector<Observing> observers;
   int observers_made = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <span>
 
 #include "libsim/base/problems.hpp"
@@ -255,6 +256,36 @@ TEST(InProcess, AnInputDrives) {
   const double s = simulation.time() - t;
   EXPECT_NEAR(simulation.body("trolley").r.x, x + 0.5 * s - 5 * s * s, 1e-9);
   EXPECT_NEAR(simulation.body("trolley").v.x, 0.5 - 10 * s, 1e-9);
+}
+
+// x = cos(2 pi t) to 0.6 s, in calls of 0.3 s: what is followed over time does not depend on the calls.
+TEST(InProcess, MonitorsAreFollowedBetweenCalls) {
+  constexpr const char* swing = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {b: {mass: 1 kg, inertia: 1 kg m^2, at: 1 0 m}}
+  joints: {g: {translational: [ground, b], at: 1 0 m, along: 1 0}}
+  forces: {s: {bushing: [ground, b], points: [0 0 m, 0 0 m], stiffness x: 39.47841760435743 N/m, stiffness y: 0 N/m}}
+time: {end: 0.7 s}
+output:
+  series every: 0.3 s
+  monitor:
+    sum: {integral: b.x}
+    low: {minimum: b.x}
+    above: {time above: b.x, at: 0.5 m}
+    slope: {derivative: b.x}
+)";
+  constexpr double pi = std::numbers::pi, end = 0.6;
+  for (const char* method : {"cvode", "ida", "adams-moulton"}) {
+    Simulation simulation =
+        Simulation::from_text(swing, "swing.yaml", {.sets = {std::string("time.machine.integrator=") + method}});
+    for (const double t : {0.3, end}) simulation.run_until(t);
+    const double x = simulation.time();
+    EXPECT_NEAR(simulation.value("sum"), std::sin(2 * pi * x) / (2 * pi), 1e-6) << method;
+    EXPECT_NEAR(simulation.value("low"), -1, 1e-6) << method;
+    EXPECT_NEAR(simulation.value("above"), 1.0 / 6, 1e-6) << method;
+    EXPECT_NEAR(simulation.value("slope"), -2 * pi * std::sin(2 * pi * x), 1e-4) << method;
+  }
 }
 
 TEST(InProcess, AnObserverEndsACall) {
