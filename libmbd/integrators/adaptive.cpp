@@ -84,7 +84,7 @@ void Adaptive::on_start() {
 
 void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
-  partition_.evaluate(now_);
+  partition_.evaluate(now_), elsewhere_ = false;
   if (watches_switches()) fire_due(), pass_contacts_at_zero(), release_friction();  // what begins beyond has no root
   if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
     rows_ = partition_.used_rows();
@@ -200,13 +200,13 @@ void Adaptive::keep_segment(double begin, bool beside, const std::shared_ptr<con
 
 void Adaptive::read_consistent(double t) {
   read(t);
-  now_.t = t;
+  now_.t = t, elsewhere_ = false;
   follows_partition() ? partition_.evaluate(now_) : partition_.evaluate_nearest(now_);
 }
 
 // now_ is the state at front_.
 void Adaptive::need_state() {
-  if (now_.t != front_) read_consistent(front_);
+  if (now_.t != front_ || elsewhere_) read_consistent(front_);
 }
 
 void Adaptive::pass_event() {
@@ -224,6 +224,9 @@ void Adaptive::pass_event() {
   jumps_ = true;
   restart();
 }
+
+// now_ is what it was before samples within the step were looked at; forces and reactions are still those of the last.
+void Adaptive::return_from_samples() { now_ = next_, flows_.of_elements = next_flows_, elsewhere_ = true; }
 
 // At the state that now_ is.
 void Adaptive::sample_gaps(GapSample& out) {
@@ -261,7 +264,7 @@ void Adaptive::stop_at_hidden_contact(double begin) {
     hidden_here_ = found->which, first_ = First::event;
     end.t = front_, look(end);  // before it may be others
   }
-  now_ = next_, flows_.of_elements = next_flows_;
+  return_from_samples();
 }
 
 // The switching functions at instants of the step from `begin` to front_, in event_gaps_.
@@ -307,7 +310,7 @@ void Adaptive::stop_at_hidden_event(double begin) {
       front_ = begin, hidden_here_ = i, first_ = First::event;
     stop_at_dip(i);
   }
-  now_ = next_, flows_.of_elements = next_flows_;
+  return_from_samples();
 }
 
 // When friction that sticks has been beyond its limit in the step from `begin` to front_, or is there still, puts
@@ -322,7 +325,7 @@ void Adaptive::stop_at_hidden_slip(double begin, bool root) {
         if (switches_.of_friction(i)) stop_at_dip(i);
     }
   }
-  now_ = next_, flows_.of_elements = next_flows_;
+  return_from_samples();
 }
 
 // A root function that is 0 where the method begins has no root for it until it has left 0.

@@ -88,6 +88,7 @@ class Adaptive : public Integrator {
   void keep_segment(double begin, bool beside, const std::shared_ptr<const Choice>& choice);
   void read_consistent(double t);
   void need_state();
+  void return_from_samples();
   void pass_event();
   void sample_gaps(GapSample& out);
   void stop_at_hidden_contact(double begin);
@@ -119,8 +120,9 @@ class Adaptive : public Integrator {
   double last_step_ = 0;     // s, of the method's own
   double longest_step_ = 0;  // the longest of these since the start: beside it creeps() finds a collapse
   First first_ = First::nothing;
-  bool has_past_ = false;  // steps since the method began
-  bool coupled_ = false;   // external wrenches act, which are known to the end of each advance() only
+  bool has_past_ = false;   // steps since the method began
+  bool elsewhere_ = false;  // the system was evaluated last at another instant than that of now_
+  bool coupled_ = false;    // external wrenches act, which are known to the end of each advance() only
   bool remembers_ = false, commits_ = false;  // forces that remember accepted states; front_ is not one yet
   bool jumps_ = true;                         // something may, at front_
   bool acted_ = false;                        // a sampled controller or timed event, at front_

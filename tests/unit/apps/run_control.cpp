@@ -75,6 +75,39 @@ TEST(RunControl, AMotorHoldsItsSpeedAndALoadIsFlung) {
   }
 }
 
+// A sampled controller at its bound changes nothing at its instants, where rows are. The ball's contact, which might
+// stick, makes the methods look into their steps: forces of a row are of its instant all the same.
+TEST(RunControl, RowsAtSamplesAreOfOneInstant) {
+  constexpr const char* disk = R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies:
+    d: {mass: 1 kg, inertia: 0.5 kg m^2, at: 0 0 m, angular velocity: 2 rad/s}
+    ball: {mass: 1 kg, inertia: 0.01 kg m^2, at: 1 5 m}
+  joints: {p: {revolute: [ground, d], at: 0 0 m}}
+  measures: {a: {angle: d}}
+  controllers:
+    c: {pid: a, measured in: rad, output in: N m, set point: 1 rad, proportional: 4 N m/rad, sample time: 7 ms,
+        minimum: -2 N m, maximum: 1 N m}
+  forces:
+    s: {rotational spring-damper: [ground, d], stiffness: 3 N m/rad, damping: 0.2 N m s/rad, controller: c}
+    w: {line contact: [ground, ball], points: [0 0 m, 0 0 m], along: 1 0, radius: 0.1 m, stiffness: 1 MN/m^1.5,
+        damping: 0.5 s/m, friction: 0.3, stick stiffness: 100 kN/m}
+time: {end: 0.35 s}
+output: {series every: 7 ms}
+)";
+  for (const char* method : {"cvode", "ida", "adams-moulton"}) {
+    const RunDirectory dir;
+    ASSERT_EQ(run_scenario(dir.scenario(disk), dir / "out", {fmt::format("time.machine.integrator={}", method)}),
+              exit_ok);
+    const Series s = read_series(dir / "out/series.csv");
+    for (std::size_t i = 0; i < s.at("time").size(); ++i) {
+      EXPECT_NEAR(s.at("s.angle")[i], s.at("d.angle")[i], 1e-12) << method << " at " << s.at("time")[i];
+      EXPECT_NEAR(s.at("s.torque")[i], 0.5 * s.at("d.alpha")[i], 1e-9) << method << " at " << s.at("time")[i];
+    }
+  }
+}
+
 TEST(RunControl, IsKeptInTheRunsScenario) {
   const RunDirectory dir;
   ASSERT_EQ(run_scenario(dir.scenario(cart), dir / "out"), exit_ok);
