@@ -19,6 +19,8 @@ std::vector<Vec3> points_of(const World& world, const SurfaceRecord& s) {
   return dem::drawing(shape, 1.0)[s.mesh].vertices();
 }
 
+constexpr double moved = 1e-9;  // m; less is the rounding of places
+
 Vec3 level(const Vec3& v) { return {v.x, 0, v.z}; }
 
 /// Along x or z, whichever is longer.
@@ -31,8 +33,8 @@ Vec3 main_direction(const Vec3& v) {
 
 Vec3 Tool::direction() const {
   // Back where it entered, as after an even number of strokes, it has come nowhere.
-  const bool came = dem::norm(gone) > came_nowhere * travel && dem::norm(gone) > 0;
-  return came ? main_direction(gone) : dem::norm(along) > 0 ? along : Vec3{1, 0, 0};
+  if (dem::norm(gone) > std::max(came_nowhere * farthest, moved)) return main_direction(gone);
+  return dem::norm(along) > 0 ? along : dem::norm(began) > 0 ? began : Vec3{1, 0, 0};
 }
 
 ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
@@ -150,6 +152,8 @@ void ToolProgress::follow(Tool& tool) const {
   if (!below_soil) return;
   tool.depth = std::max(tool.depth, surface - deepest);
   const Vec3 gone = tool.gone = level(place - *tool.entry);
+  tool.farthest = std::max(tool.farthest, dem::norm(gone));
+  if (dem::norm(tool.began) == 0 && dem::norm(gone) > moved) tool.began = main_direction(gone);
   if (dem::norm(tool.along) == 0) {
     if (dem::norm(gone) > radius_) tool.along = main_direction(gone);
     return;  // the next look knows how long it is along its way

@@ -25,7 +25,9 @@ struct Tool {
   bool in_soil = false;       ///< below the soil's surface within the bed, or in contact up to a diameter above it
   long looks = 0, out = 0;    ///< in the window of the means, from its entry on; of them those that find it not in soil
   Vec3 along;                 ///< horizontal unit vector of its travel; zero until it has moved by a sphere's radius
+  Vec3 began;                 ///< the same by what it first moved by at all
   Vec3 gone;                  ///< m in soil from its entry to where it was followed last there, horizontal
+  double farthest = 0;        ///< m, of the length of `gone`
   double travel = 0;          ///< m in soil from the entry, the farthest so far: to and fro count once
   double depth = 0;           ///< m below the soil's mean surface, the greatest so far
   double length = 0;          ///< m along the travel of what is below the surface, the longest so far
@@ -40,7 +42,8 @@ struct Tool {
   void archive(Archive& a) {
     a("touched", touched)("touches", touches)("entry", entry)("last", last)("in soil", in_soil)("looks", looks)("out",
                                                                                                                 out);
-    a("along", along)("gone", gone)("travel", travel)("depth", depth)("length", length)("room", room);
+    a("along", along)("began", began)("gone", gone)("farthest", farthest)("travel", travel)("depth", depth)(
+        "length", length)("room", room);
   }
 };
 

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -314,6 +315,23 @@ TEST(RunWindow, TravelInSoilLeavesOutTheAir) {
   EXPECT_NEAR(path->speed, 0.4, 1e-5);
   EXPECT_NEAR(path->share_out(0.3, 0.5), 1, 1e-12);
   EXPECT_NEAR(path->share_out(0.1, 0.2), 0, 1e-12);
+}
+
+/// By 3 mm, less than a grain's radius, and back: the draft is against the direction in which it began.
+TEST(RunWindow, DraftOfAStrokeBelowARadius) {
+  for (const double sense : {1.0, -1.0}) {
+    const RunDirectory dir;
+    const std::string moves = fmt::format(
+        "boundaries.tool.moves=[{{velocity: {} 0 0 m/s, until: 0.1 s}}, {{velocity: {} 0 0 m/s, from: 0.1 s, until: "
+        "0.2 "
+        "s}}]",
+        0.03 * sense, -0.03 * sense);
+    ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out", {moves, "time.end=0.2 s"}), exit_ok);
+    const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["tool"];
+    const double force = summary["columns"]["tool.Fx"]["mean in window"], draft = tool["draft [N]"]["mean"];
+    EXPECT_NE(force, 0);
+    EXPECT_NEAR(draft, -sense * force, 1e-9 * std::abs(force));
+  }
 }
 
 }  // namespace
