@@ -10,7 +10,8 @@
 namespace subsoil::mbd {
 
 /// Ground under the impact of a body's point, wheel or stamp: a follower mass on a plastic spring, with a rut.
-///   F_s = m_b a + F(z),  F = K'(z, v, m) z on ground not yet pressed so deep                           (N)
+///   F_s = m_b a + F,  F(z) = K'(z, v, m) z                                                             (N)
+///   on ground not yet pressed so deep:  F = F(z) clamp(1 + b z', 0, 1)
 ///   below the rut's depth z_p:  F = clamp(F_el (1 + b z'), 0, F(z_p)),  F_el = max(0, F(z_p) - q K'(z_p) (z_p - z))
 /// z sinkage of the lowest point, z' its rate; v speed of approach at first touch; m mass that strikes. Nothing is
 /// recovered but what the unloading stiffness q K' gives back, F^2/(2 q K') at most, and its damping b keeps the body
@@ -133,7 +134,8 @@ struct GroundElement {
   }
   double ground_force(double z, double rate, double rutted, double v) const {
     if (!(z > 0)) return 0;
-    if (z >= rutted) return plastic_force(stiffness, z, v, mass);
+    // What rises from new ground, as a point that moves along x, is not thrown back either.
+    if (z >= rutted) return plastic_force(stiffness, z, v, mass) * std::clamp(1 + rate / leaving_speed, 0.0, 1.0);
     const double limit = plastic_force(stiffness, rutted, v, mass);
     const double elastic = std::max(0.0, limit * (1 - unloading * (rutted - z) / rutted));
     return std::clamp(elastic * (1 + rate / leaving_speed), 0.0, limit);

@@ -132,6 +132,16 @@ TEST(GroundElement, RutBelongsToTheGround) {
   EXPECT_LT(force_at(e, ruts, 0.3, 0.0499, 0.02), 1e-9);                                    // leaving at 1/b: let go
 }
 
+// As of a point that moves along x and rises: at each new place it stands as deep as the ground was ever pressed there.
+TEST(GroundElement, NewGroundThrowsNothingBack) {
+  GroundElement e = clay(0);
+  e.body = 1, e.mass = m;
+  const std::vector<Rut> ruts(1);
+  EXPECT_NEAR(force_at(e, ruts, 0.3, 0.05, -1), K * 0.05, 1e-9);
+  EXPECT_NEAR(force_at(e, ruts, 0.3, 0.05, 0.5 * e.leaving_speed), 0.5 * K * 0.05, 1e-9);
+  EXPECT_EQ(force_at(e, ruts, 0.3, 0.05, 1.01 * e.leaving_speed), 0);
+}
+
 TEST(GroundElement, WheelPressesItsCircle) {
   GroundElement e = clay(0);
   e.body = 1, e.mass = m, e.length = 0, e.radius = 0.2;
