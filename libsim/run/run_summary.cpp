@@ -347,7 +347,7 @@ void write_tools(Summary& summary, const ToolProgress& progress) {
     json["touched soil"] = tool.touched;
     if (const std::string direction = direction_text(tool); !direction.empty()) json["direction"] = direction;
     json["greatest depth [m]"] = tool.depth;
-    json["travelled in soil [m]"] = tool.travel;
+    json["travelled in soil [m]"] = tool.travel(tool.direction());
     if (tool.travels()) json["share of the window out of the soil"] = tool.share_out();
     for (const Along& a : axes_of(tool)) {
       const BlockMean& mean = summary.over_window(a.column);

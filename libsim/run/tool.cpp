@@ -34,7 +34,11 @@ Vec3 main_direction(const Vec3& v) {
 Vec3 Tool::direction() const {
   // Back where it entered, as after an even number of strokes, it has come nowhere.
   if (dem::norm(gone) > std::max(came_nowhere * farthest, moved)) return main_direction(gone);
-  return dem::norm(along) > 0 ? along : dem::norm(began) > 0 ? began : Vec3{1, 0, 0};
+  return dem::norm(began) > 0 ? began : Vec3{1, 0, 0};
+}
+
+double Tool::travel(const Vec3& direction) const {
+  return std::max(dem::dot(direction, direction.x + direction.z > 0 ? ahead : -1.0 * behind), 0.0);
 }
 
 ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
@@ -114,7 +118,8 @@ void ToolProgress::forget_looks() {
 }
 
 bool ToolProgress::any_travelled() const {
-  return std::any_of(tools_.begin(), tools_.end(), [&](const Tool& t) { return t.passes && t.travel > 2 * radius_; });
+  return std::any_of(tools_.begin(), tools_.end(),
+                     [&](const Tool& t) { return t.passes && t.travel(t.along) > 2 * radius_; });
 }
 
 void ToolProgress::follow() {
@@ -124,7 +129,7 @@ void ToolProgress::follow() {
 void ToolProgress::follow(Tool& tool) const {
   const double surface = world_.soil.surface_mean;
   const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
-  double deepest = std::numeric_limits<double>::infinity(), back = deepest, front = -deepest, lowest = deepest;
+  double deepest = std::numeric_limits<double>::infinity(), lowest = deepest;
   dem::Bounds below;
   for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
     const SurfaceRecord& s = world_.surfaces[tool.surfaces[k]];
@@ -135,7 +140,6 @@ void ToolProgress::follow(Tool& tool) const {
       if (p.y > surface) continue;
       below.include(p);
       deepest = std::min(deepest, p.y);
-      back = std::min(back, dem::dot(p, tool.along)), front = std::max(front, dem::dot(p, tool.along));
     }
   }
   // It may be larger than the soil, with no point of it within.
@@ -153,15 +157,13 @@ void ToolProgress::follow(Tool& tool) const {
   tool.depth = std::max(tool.depth, surface - deepest);
   const Vec3 gone = tool.gone = level(place - *tool.entry);
   tool.farthest = std::max(tool.farthest, dem::norm(gone));
+  tool.ahead = {std::max(tool.ahead.x, gone.x), 0, std::max(tool.ahead.z, gone.z)};
+  tool.behind = {std::max(tool.behind.x, -gone.x), 0, std::max(tool.behind.z, -gone.z)};
+  tool.size = {std::max(tool.size.x, below.high.x - below.low.x), 0, std::max(tool.size.z, below.high.z - below.low.z)};
   if (dem::norm(tool.began) == 0 && dem::norm(gone) > moved) tool.began = main_direction(gone);
-  if (dem::norm(tool.along) == 0) {
-    if (dem::norm(gone) > radius_) tool.along = main_direction(gone);
-    return;  // the next look knows how long it is along its way
-  }
-  tool.travel = std::max(tool.travel, dem::dot(gone, tool.along));
-  tool.length = std::max(tool.length, front - back);
-  const Vec3 end{tool.along.x > 0 ? high_.x : -low_.x, 0, tool.along.z > 0 ? high_.z : -low_.z};
-  tool.room = (tool.along.x != 0 ? end.x : end.z) - front;
+  if (dem::norm(gone) > std::max(radius_, came_nowhere * tool.farthest)) tool.along = main_direction(gone);
+  if (tool.along.x != 0) tool.room = tool.along.x > 0 ? high_.x - below.high.x : below.low.x - low_.x;
+  if (tool.along.z != 0) tool.room = tool.along.z > 0 ? high_.z - below.high.z : below.low.z - low_.z;
 }
 
 std::size_t ToolProgress::entered() const {
@@ -173,7 +175,8 @@ bool ToolProgress::steady() const {
   bool any = false;
   for (const Tool& t : tools_) {
     if (!t.passes || !t.entry) continue;  // a guard above the soil never enters it
-    if (dem::norm(t.along) == 0 || t.travel < t.length + t.depth) return false;
+    const double length = t.along.x != 0 ? t.size.x : t.size.z;
+    if (dem::norm(t.along) == 0 || t.travel(t.along) < length + t.depth) return false;
     any = true;
   }
   return any;

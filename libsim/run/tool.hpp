@@ -24,26 +24,28 @@ struct Tool {
   Vec3 last;                  ///< its place when it was followed last in the soil
   bool in_soil = false;       ///< below the soil's surface within the bed, or in contact up to a diameter above it
   long looks = 0, out = 0;    ///< in the window of the means, from its entry on; of them those that find it not in soil
-  Vec3 along;                 ///< horizontal unit vector of its travel; zero until it has moved by a sphere's radius
-  Vec3 began;                 ///< the same by what it first moved by at all
+  Vec3 began;                 ///< horizontal unit vector along x or z of what it first moved by at all
+  Vec3 along;                 ///< the same of where it has come to; zero until it has moved by a sphere's radius
   Vec3 gone;                  ///< m in soil from its entry to where it was followed last there, horizontal
   double farthest = 0;        ///< m, of the length of `gone`
-  double travel = 0;          ///< m in soil from the entry, the farthest so far: to and fro count once
+  Vec3 ahead, behind;         ///< m, of `gone` along +x and +z, and along -x and -z: the farthest so far
   double depth = 0;           ///< m below the soil's mean surface, the greatest so far
-  double length = 0;          ///< m along the travel of what is below the surface, the longest so far
+  Vec3 size;                  ///< m along x and z of what is below the surface, the longest so far
   double room = 0;            ///< m from its foremost point below the surface to the end of the soil
 
   /// Along x or z: where it has come to since its entry, else where it began to go. What resists it acts against this.
   Vec3 direction() const;
   /// It goes along the soil.
   bool travels() const { return passes && dem::norm(along) > 0; }
+  /// m in soil from the entry in a direction along x or z, the farthest so far: to and fro count once.
+  double travel(const Vec3& direction) const;
   /// Share of the window of the means, from its entry on, in which it is not in soil.
   double share_out() const { return looks > 0 ? static_cast<double>(out) / static_cast<double>(looks) : 0; }
   void archive(Archive& a) {
     a("touched", touched)("touches", touches)("entry", entry)("last", last)("in soil", in_soil)("looks", looks)("out",
                                                                                                                 out);
-    a("along", along)("began", began)("gone", gone)("farthest", farthest)("travel", travel)("depth", depth)(
-        "length", length)("room", room);
+    a("began", began)("along", along)("gone", gone)("farthest", farthest)("ahead", ahead)("behind", behind);
+    a("depth", depth)("size", size)("room", room);
   }
 };
 

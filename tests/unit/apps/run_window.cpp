@@ -334,5 +334,19 @@ TEST(RunWindow, DraftOfAStrokeBelowARadius) {
   }
 }
 
+/// Back by 12 mm, more than a grain's radius, then 150 mm the other way: that is its travel, and the window opens in
+/// it.
+TEST(RunWindow, TravelOfAToolThatBacksFirst) {
+  const RunDirectory dir;
+  const std::string moves =
+      "boundaries.tool.moves=[{velocity: -0.12 0 0 m/s, until: 0.1 s}, {velocity: 0.4 0 0 m/s, from: 0.1 s}]";
+  ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out", {moves, "time.end=0.505 s"}), exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["tool"];
+  EXPECT_EQ(tool["direction"], "+x");
+  EXPECT_NEAR(tool["travelled in soil [m]"], 0.15, 1e-3);
+  // Its length, 20 mm, and its depth, about 30 mm, behind where it entered.
+  EXPECT_NEAR(summary["window"]["from [s]"], 0.1 + (0.012 + 0.02 + 0.03) / 0.4, 0.02);
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_window
