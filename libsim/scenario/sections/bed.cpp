@@ -195,8 +195,11 @@ struct BedChecks : Checks {
       refuse(path, p.fixed, "is no name: its columns would be read as others; leave out dots and commas");
     if (s.soil->active)
       refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
-    if (b.settle && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
-      refuse(path, p.fixed, "moves while the bed settles; leave `settle` or its velocity out");
+    if (b.settles() && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
+      refuse(path, p.fixed,
+             b.settle ? "moves while the bed settles; leave `settle` or its velocity out"
+                      : "moves while the bed settles, as every random one does; leave its velocity out, or let a "
+                        "boundary move in its place");
   }
 
   /// What it is poured to is measured along y.

@@ -76,6 +76,11 @@ TEST(RunFixed, RefusalsSayWhy) {
                     "    settle: {until: 1 mm/s}\n    particles:\n      - {velocity: 1 0 0 m/s, position: -12 0 0 mm,")
                 .find("moves while the bed settles"),
             std::string::npos);
+  EXPECT_NE(refusal("    fill: particles\n    material: steel\n    particles:\n      - {position: -12 0 0 mm,",
+                    "    fill: random\n    material: steel\n    radius: 4 mm\n    region: {size: 80 40 80 mm}\n    "
+                    "particles:\n      - {spin: 0 1 0 rad/s, position: -12 0 0 mm,")
+                .find("as every random one does"),
+            std::string::npos);
 }
 
 /// 64 spheres that touch in a box of whole diameters, 16 of them fixed at the floor: pi/6 of their density, and the
