@@ -221,7 +221,8 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion all) {
     several[sphere.material] = several[sphere.material] || soil[sphere.material];
     soil[sphere.material] = true;
   }
-  if (world.bed->spheres().empty() && s.soil && s.soil->bed) {
+  // Of a bed that is still to come; a state in which all have fallen out has none.
+  if (world.bed->spheres().empty() && s.soil && s.soil->bed && all.largest_radius > 0) {
     const auto expect = [&](const std::string& name) {
       if (!name.empty()) soil[static_cast<std::size_t>(material_index(s, name))] = true;
     };

@@ -147,6 +147,27 @@ time: {end: 0.5 s}
 output: {every: 10 ms}
 )");
 }
+/// Without a sphere there is no impact that a step would have to resolve: the run continues with its own.
+TEST(Resume, ABinFromWhichAllHaveFallen) {
+  constexpr const char* leaks = R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {soil: {density: 2600 kg/m^3}}
+contacts: [{between: [soil, soil], law: linear, k_n: 30 kN/m, restitution: 0.4, mu: 0.5}]
+soil:
+  container: {size: 0.2 0.3 0.1 m, at: 0 -0.1 -0.05 m, material: soil, open after settling: [-y]}
+  remove below: 50 mm
+  bed: {fill: random, material: soil, radius: 8 mm, depth: 40 mm}
+boundaries:
+  - {name: bar, material: soil, shape: {box: 20 20 60 mm}, at: 60 -60 0 mm, moves: [{velocity: 0.01 0 0 m/s}]}
+time: {end: 0.8 s}
+)";
+  const RunDirectory dir;
+  const std::string file = dir.scenario(leaks);
+  ASSERT_EQ(run_scenario(file, dir / "first"), exit_ok);
+  ASSERT_EQ(read_run(state_in(dir / "first")).bed.spheres.size(), 0u);
+  ASSERT_EQ(run_scenario(file, dir / "on", {"time.end=0.85 s"}, state_in(dir / "first")), exit_ok);
+  EXPECT_EQ(summary_of(dir / "on")["run"]["soil step [s]"], summary_of(dir / "first")["run"]["soil step [s]"]);
+}
 /// What lies in the window, which block comes next and what has been booked are in the checkpoint.
 TEST(Resume, MovingBed) { expect_no_seam(moving_pass); }
 /// What the tool's triangles have borne, and the pressure since the frame before, are in the checkpoint.
