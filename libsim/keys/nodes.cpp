@@ -34,7 +34,7 @@ constexpr double largest = 1e30, smallest = 1 / largest;
 void check_size(double value) {
   if (std::abs(value) > largest) throw Refusal("is above 1e30 in SI units", "check number and unit");
   if (value != 0 && std::abs(value) < smallest)
-    throw Refusal("is below 1e-30 in SI units", "write 0, or check the unit");
+    throw Refusal("is below 1e-30 in SI units", "check number and unit, or write 0 for none");
 }
 
 }  // namespace

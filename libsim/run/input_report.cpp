@@ -435,12 +435,16 @@ void look_at_events(const Loaded& loaded, const World& world, Texts& out) {
     const bool above = !e.above.empty();
     const double level = parse_quantity(above ? e.above : e.below, unit);
     if (above ? values[k] <= level : values[k] >= level) continue;
+    // In the state of a run it may have come before.
+    const bool closes = !e.closes.empty();
+    const auto open = std::find(names.begin(), names.end(), (closes ? e.closes : e.opens) + ".open");
+    if (open != names.end() && values[static_cast<std::size_t>(open - names.begin())] == (closes ? 0 : 1)) continue;
     out.push_back(fmt::format(
         "{}: `{}` starts at {:.6g} {}, {} {} already: the event comes when it has returned and passes again. {}",
         loaded.where(path + (above ? ".above" : ".below")), e.measure, values[k], unit, above ? "above" : "below",
         above ? e.above : e.below,
-        e.closes.empty() ? "Let the joint start open (`joint starts: open`), or give another value"
-                         : "Let the joint start closed (`joint starts: closed`), or give another value"));
+        closes ? "Let the joint start closed (`joint starts: closed`), or give another value"
+               : "Let the joint start open (`joint starts: open`), or give another value"));
   }
 }
 
