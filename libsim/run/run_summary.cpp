@@ -330,7 +330,7 @@ std::string direction_text(const Tool& tool) {
 }
 
 std::string mean_text(const std::string& name, const BlockMean& mean, double sign, const std::string& unit) {
-  std::string text = fmt::format("  {:<28} {:>10.4g} {}", name, sign * mean.mean(), unit);
+  std::string text = fmt::format("  {:<28} {:>10.4g} {}", name, sign * mean.mean() + 0.0, unit);
   if (std::isfinite(mean.interval())) text += fmt::format(" +- {:.2g} {}", mean.interval(), unit);
   if (!mean.steady() && unit.front() == 'N')
     text +=
