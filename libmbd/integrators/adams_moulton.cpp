@@ -153,6 +153,9 @@ bool AdamsMoulton::attempt(double h) {
   const EnergyFlows flows_before = flows_;
   const StepError errors_before = step_error_;
   const double allowed = std::max(options_.error_per_second * h, least_error);
+  // Across a singular configuration the past leads; what predictor and corrector differ by there is rounding over the
+  // distance, which parts of the step, begun again beside it, make larger.
+  const bool has_past = stored_ == options_.order && follows_on(h), began_near = was_near_singular_;
   const bool last = level_ == most_halvings;
   try {
     whole_step(h);
@@ -161,7 +164,7 @@ bool AdamsMoulton::attempt(double h) {
     const double gained = h * now_.acceleration.cwiseProduct(scale_).cwiseAbs().maxCoeff();
     const double error = step_error_.positions - errors_before.positions +
                          (velocity > 0 ? velocity / std::max(step_error_.fastest, gained) : 0);
-    if (error <= allowed || last) {
+    if (error <= allowed || last || (has_past && (began_near || was_near_singular_))) {
       sure_ = error <= sure_share * allowed ? sure_ + 1 : 0;
       return true;
     }
@@ -174,9 +177,11 @@ bool AdamsMoulton::attempt(double h) {
   return false;
 }
 
+/// Rounding of a caller's own clock must not throw the past away.
+bool AdamsMoulton::follows_on(double h) const { return std::abs(h - step_) <= 1e-9 * step_; }
+
 void AdamsMoulton::whole_step(double h) {
-  // Rounding of a caller's own clock must not throw the past away.
-  if (!(std::abs(h - step_) <= 1e-9 * step_)) {
+  if (!follows_on(h)) {
     stored_ = 0;
     push_past();
     step_ = h, origin_ = now_.t, steps_ = 0;
@@ -188,8 +193,23 @@ void AdamsMoulton::whole_step(double h) {
     multistep(step_);
   }
   now_.t = origin_ + static_cast<double>(++steps_) * step_;
-  if (!bridged_ && partition_.choose_again_if_needed(now_)) partition_.evaluate(now_);
+  if (!bridged_ && partition_.asks_for_choice()) choose_again();
   push_past();
+}
+
+/// On a singular configuration there is nothing to choose: the choice that has led there leads on.
+void AdamsMoulton::choose_again() {
+  const std::shared_ptr<const Choice> choice = partition_.choice();
+  const MotionState led_there = now_;
+  try {
+    if (!partition_.choose_again_if_needed(now_)) return;
+    was_near_singular_ ? partition_.evaluate_nearest(now_) : partition_.evaluate(now_);
+  } catch (const SingularPose&) {
+    if (!was_near_singular_) throw;
+    now_ = led_there;
+    partition_.adopt(choice);
+    partition_.forget_factors();
+  }
 }
 
 void AdamsMoulton::multistep(double h) {

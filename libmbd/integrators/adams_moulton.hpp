@@ -37,7 +37,9 @@ class AdamsMoulton : public Integrator {
 
  private:
   Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }
+  bool follows_on(double h) const;  ///< a step of that length has the past of those before
   void whole_step(double h);
+  void choose_again();
   void controlled_step(double h);
   bool attempt(double h);
   void push_past();
