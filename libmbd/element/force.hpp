@@ -77,6 +77,7 @@ struct ForceMembers {
   /// Friction that comes to rest, at stick_count() places k; see StickSlip:
   /// hold(scene, k): falls through 0 where it changes; pass_event(scene, k): it does; sticks(k): what it is
   /// `grip(scene, k, force, mass)`, `grip_limit(scene, k)`: sticks with that force on b (N), which may be so large
+  /// damp(k, mass): sticks as it does, damped critically for that mass along s'' where no damping is given
   /// slide(k, sense): slides from now on; sense(k): in which it does, 0 where it sticks; slip_speed(scene, k): s' (m/s)
   /// slip_acceleration(scene, k, q''): s'' of a solution (m/s^2)
   bool stick = false;
@@ -121,6 +122,7 @@ concept Sticks = requires(F f, const Scene scene) {
   { remembering(f).held(scene, std::size_t{}) } -> std::same_as<double>;
   { remembering(f).creeps() } -> std::same_as<bool>;
   { remembering(f).grip(scene, std::size_t{}, 1.0, 1.0) } -> std::same_as<double>;
+  { remembering(f).damp(std::size_t{}, 1.0) } -> std::same_as<void>;
   { remembering(f).slide(std::size_t{}, 1) } -> std::same_as<void>;
   { remembering(f).sense(std::size_t{}) } -> std::same_as<int>;
   { remembering(f).slip_speed(scene, std::size_t{}) } -> std::same_as<double>;

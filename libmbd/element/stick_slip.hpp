@@ -14,7 +14,8 @@ namespace subsoil::mbd {
 /// Both ends are events, located in time. Surfaces that slide are strained by their friction, so the spring does not
 /// begin at 0: s_0 is such that F holds the surfaces at rest as they begin to stick, s'' = 0, or as much of F as G
 /// allows (`System::grip`). Nothing swings then. Later jumps of the load are damped by d [N s/m] >= 0, critical if
-/// left out: 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m, all joints closed).
+/// left out: 2 (k m)^(1/2), with m the inertia against F along s at that instant (s'' = F/m), and where a joint has
+/// opened or closed since, at that one.
 /// Where nothing presses them yet (G = 0) surfaces stick only while s'' = 0, else they slide in its sense: |F| - G is
 /// zero there without passing through it, so that no root would show the end of sticking.
 /// Source: Karnopp 1985, J. Dyn. Sys. Meas. Control 107, 100, with a spring in place of his exact rest.
@@ -52,9 +53,14 @@ struct StickSlip {
   /// Sticks from now on with that force on b, and damped by `given`, NaN: critically for that mass along s. Returns
   /// what its spring stores (J).
   double grip(double k, double s, double v, double force, double mass, double given) {
-    damping = std::isnan(given) ? 2 * std::sqrt(k * mass) : given;
+    damping = given;
+    damp(k, mass, given);
     stuck_at = s + (force + damping * v) / k;
     return stored(k, s);
+  }
+  /// From now on damped as by `grip`, for that mass.
+  void damp(double k, double mass, double given) {
+    if (std::isnan(given)) damping = 2 * std::sqrt(k * mass);
   }
   /// Slides from now on.
   void slide(int sense) { sliding = sense; }

@@ -99,6 +99,9 @@ class ContactMemory {
     return at(k).surfaces.grip(contact_.law.stick_stiffness, way(scene, k), slip(scene, k), force, mass,
                                contact_.law.stick_damping);
   }
+  void damp(std::size_t k, double mass) {
+    at(k).surfaces.damp(contact_.law.stick_stiffness, mass, contact_.law.stick_damping);
+  }
   void slide(std::size_t k, int sense) { at(k).surfaces.slide(sense); }
   int sense(std::size_t k) const { return touched(k).surfaces.sliding; }
   double slip_speed(const Scene& scene, std::size_t k) const { return slip(scene, k); }

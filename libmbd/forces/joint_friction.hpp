@@ -177,6 +177,7 @@ struct JointFriction {
     return surfaces.grip(stick_stiffness, c.s, c.v, force, mass, stick_damping);
   }
 
+  void damp(std::size_t, double mass) { surfaces.damp(stick_stiffness, mass, stick_damping); }
   void slide(std::size_t, int sense) { surfaces.slide(sense); }
   int sense(std::size_t) const { return surfaces.sliding; }
   double slip_speed(const Scene& scene, std::size_t) const { return contact(scene).v; }

@@ -81,6 +81,17 @@ double Integrator::grip(std::size_t force, std::size_t place) {
   return system_.grip(force, place, {accelerate, look_ahead});
 }
 
+void Integrator::damp_grips() {
+  system_.set_state(now_.t, now_.q, now_.velocity);
+  system_.set_element_states(now_.states);
+  const auto accelerate = [&]() -> const Eigen::VectorXd& {
+    partition_.accelerate(now_);
+    return now_.acceleration;
+  };
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_friction(i)) system_.damp(switches_.force(i), switches_.place(i), {accelerate, {}});
+}
+
 void Integrator::release_friction() {
   look(now_, gaps_);
   const std::vector<double> margins = gaps_;
@@ -160,12 +171,15 @@ void Integrator::fire(std::size_t event) {
   std::vector<char> had(system_.model().events.size(), 0);
   std::vector<std::size_t> due = reached(had);
   if (std::find(due.begin(), due.end(), event) == due.end()) due.push_back(event);
+  bool changed = false;
   while (!due.empty()) {
     const std::vector<char> open = system_.open_joints();
-    if (!switch_joints(due, had)) return;
+    if (!switch_joints(due, had)) break;
+    changed = true;
     arm(open);
     due = reached(had);
   }
+  if (changed) damp_grips();
 }
 
 // Opens and closes the joints of the events, and of those that come by the same time; false where all were so already.

@@ -180,6 +180,8 @@ class Integrator {
   void take_impulse();
   void begin_grips();
   double grip(std::size_t force, std::size_t place);
+  /// Of all that stick, after joints have changed.
+  void damp_grips();
   void advance_part(double h);
   void advance_over_instants(double h);
   void advance_over_events(double h);

@@ -226,6 +226,8 @@ class System {
   /// led through rest, where no friction changes their motion, slide on. Returns the energy that stiction stores by it
   /// (J). An equilibrium's stiction (set_start_grips) keeps the force that it has.
   double grip(std::size_t force, std::size_t place, const GripMotion& motion);
+  /// Friction that sticks does so on, damped for the inertia that it meets now: a joint has opened or closed.
+  void damp(std::size_t force, std::size_t place, const GripMotion& motion);
   /// What forces hold from one event to the next (stiction, impacts of a given restitution), to restore it before one.
   using Grips = std::vector<double>;
   Grips grips() const;

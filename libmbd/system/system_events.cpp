@@ -223,7 +223,32 @@ double grip_place(const System& system, Force&& f, std::size_t place, const Grip
   }
   return f.grip(system.scene(), place, held, mass);
 }
+
+// The inertia against what friction does along s.
+template <class Force>
+void damp_place(const System& system, Force&& f, std::size_t place, const GripMotion& motion) {
+  if (!f.sticks(place)) return;
+  const auto memory = f.memory();
+  const auto slip = [&](double with) {
+    f.grip(system.scene(), place, with, 0);
+    const Eigen::VectorXd& solved = motion.accelerate();
+    return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
+  };
+  const double limit = f.grip_limit(system.scene(), place), force = limit > 0 ? limit : 1;
+  const double free = slip(0), mass = force / (slip(force) - free);
+  f.set_memory(memory);
+  if (mass > 0 && std::isfinite(mass)) f.damp(place, mass);
+  motion.accelerate();
+}
 }  // namespace
+
+void System::damp(std::size_t force, std::size_t place, const GripMotion& motion) {
+  visit(
+      [&]<class Force>(Force& f) {
+        if constexpr (Force::has.stick) damp_place(*this, remembering(f), place, motion);
+      },
+      model_.forces[force].element);
+}
 
 double System::grip(std::size_t force, std::size_t place, const GripMotion& motion) {
   return visit(

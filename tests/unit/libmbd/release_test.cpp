@@ -309,6 +309,28 @@ TEST_P(Release, FrictionIsAgainstTheVelocityBehindAnImpact) {
   EXPECT_NEAR(machine.body(1).v.x, (2 * 2.7 - 4 * 4) / 6 + 0.1, 1e-6);
 }
 
+// 1 kg on a slide whose friction may stick, held by a rod beside; 2 N push it, and the rod opens at 0.1 s. With the rod
+// nothing could move along the slide: from then on its damping is critical for the mass, w = (k/m)^1/2 = 100/s:
+//   x = F/k (1 - (1 + w t) e^(-w t))
+TEST_P(Release, FrictionThatSticksIsDampedForWhatMayMoveNow) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "sledge", .mass = 1, .inertia = 1});
+  m.add("rail", Translational{.body_a = 0, .body_b = 1});
+  m.add("rod", Distance{.body_a = 0, .body_b = 1, .p_a = {-0.2, 0}, .length = 0.2});
+  m.add("press", AppliedForce{.body = 1, .fx = 2., .fy = -20.});
+  m.add("rub", JointFriction{.joint = "rail", .guide = 0.5, .mu_s = 0.3, .mu_k = 0.3, .stick_stiffness = 1e4});
+  m.add("go", JointEvent{.joint = "rod", .does = Does::opens, .at = 0.1});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  run(machine, 0.1, 1e-3);
+  for (const double t : {0.01, 0.03, 0.05, 0.1, 0.3}) {
+    run(machine, 0.1 + t, 1e-3);
+    EXPECT_NEAR(machine.body(1).r.x, 2e-4 * (1 - (1 + 100 * t) * std::exp(-100 * t)), 2e-8) << t;
+    EXPECT_EQ(machine.force_value("rub", "sticking"), 1) << t;
+  }
+}
+
 /// A parallelogram of two cranks of 0.3 m, turning at 15 rad/s from 1 rad; a brake closes on its coupler at `angle`.
 Model braked_parallelogram(double angle) {
   const double r = 0.3, start = 1, spin = 15, s = std::sin(start), c = std::cos(start);
