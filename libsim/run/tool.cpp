@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "libdem/packing/measure.hpp"
 #include "libmbd/elements.hpp"
 #include "libsim/setup/moving_soil.hpp"
 #include "libsim/setup/travel_direction.hpp"
@@ -41,17 +42,11 @@ double Tool::travel(const Vec3& direction) const {
   return std::max(dem::dot(direction, direction.x + direction.z > 0 ? ahead : -1.0 * behind), 0.0);
 }
 
-ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simulation, double end)
-    : world_(world), simulation_(simulation) {
+ToolProgress::ToolProgress(World& world, const coupling::Simulation& simulation, const Scenario& scenario)
+    : world_(world), simulation_(simulation), scenario_(scenario) {
   if (!world.bed) return;
-  constexpr double far = std::numeric_limits<double>::infinity();
-  low_ = {far, far, far}, high_ = {-far, -far, -far};
-  for (const dem::Sphere& s : world.bed->spheres()) {
-    low_ = {std::min(low_.x, s.x.x - s.r), std::min(low_.y, s.x.y - s.r), std::min(low_.z, s.x.z - s.r)};
-    high_ = {std::max(high_.x, s.x.x + s.r), std::max(high_.y, s.x.y + s.r), std::max(high_.z, s.x.z + s.r)};
-    radius_ += s.r / static_cast<double>(world.bed->spheres().size());
-  }
-  if (world.moving) (world.moving->window.plan().direction > 0 ? high_.x = far : low_.x = -far);  // it has no end
+  begins_empty_ = world.bed->spheres().empty();
+  take_soil();
   for (std::size_t i = 0; i < world.surfaces.size(); ++i) {
     const SurfaceRecord& s = world.surfaces[i];
     if (s.owner == SurfaceRecord::Owner::machine) {
@@ -59,9 +54,36 @@ ToolProgress::ToolProgress(const World& world, const coupling::Simulation& simul
       add(body, body + ".soil", i);
     } else if (s.owner == SurfaceRecord::Owner::given && s.moves) {
       add(s.name, s.name, i);
-      if (!tools_.empty() && tools_.back().name == s.name) tools_.back().passes = length_of_path(s, end) > 2 * radius_;
+      if (!tools_.empty() && tools_.back().name == s.name)
+        tools_.back().passes = length_of_path(s, scenario.time.end) > 2 * radius_;
     }
   }
+}
+
+void ToolProgress::take_soil() {
+  constexpr double far = std::numeric_limits<double>::infinity();
+  low_ = {far, far, far}, high_ = {-far, -far, -far}, radius_ = 0;
+  for (const dem::Sphere& s : world_.bed->spheres()) {
+    low_ = {std::min(low_.x, s.x.x - s.r), std::min(low_.y, s.x.y - s.r), std::min(low_.z, s.x.z - s.r)};
+    high_ = {std::max(high_.x, s.x.x + s.r), std::max(high_.y, s.x.y + s.r), std::max(high_.z, s.x.z + s.r)};
+    radius_ += s.r / static_cast<double>(world_.bed->spheres().size());
+  }
+  if (world_.moving) (world_.moving->window.plan().direction > 0 ? high_.x = far : low_.x = -far);  // it has no end
+}
+
+/// Soil that inlets have poured until now. What falls is not on it yet: it is faster than after a fall by a diameter.
+void ToolProgress::measure_poured_soil() {
+  take_soil();
+  const double fastest = std::sqrt(2 * dem::norm(scenario_.gravity) * 2 * radius_);
+  std::vector<dem::Sphere> lie;
+  for (const dem::Sphere& s : world_.bed->spheres())
+    if (dem::norm(s.v) <= fastest) lie.push_back(s);
+  if (lie.empty()) return;
+  dem::Bounds region{low_, high_};
+  if (const auto& container = scenario_.soil->container; container)
+    region = {container->at, container->at + container->size};
+  const dem::SurfaceHeight surface = dem::surface_height(lie, region);
+  world_.soil.surface_mean = surface.mean, world_.soil.surface_spread = surface.spread;
 }
 
 void ToolProgress::add(const std::string& name, const std::string& column, std::size_t surface) {
@@ -123,10 +145,13 @@ bool ToolProgress::any_travelled() const {
 }
 
 void ToolProgress::follow() {
+  turned_ = false;
+  const auto has_entered = [](const Tool& t) { return t.entry.has_value(); };
+  if (begins_empty_ && std::none_of(tools_.begin(), tools_.end(), has_entered)) measure_poured_soil();
   for (Tool& tool : tools_) follow(tool);
 }
 
-void ToolProgress::follow(Tool& tool) const {
+void ToolProgress::follow(Tool& tool) {
   const double surface = world_.soil.surface_mean;
   const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
   double deepest = std::numeric_limits<double>::infinity(), lowest = deepest;
@@ -161,7 +186,12 @@ void ToolProgress::follow(Tool& tool) const {
   tool.behind = {std::max(tool.behind.x, -gone.x), 0, std::max(tool.behind.z, -gone.z)};
   tool.size = {std::max(tool.size.x, below.high.x - below.low.x), 0, std::max(tool.size.z, below.high.z - below.low.z)};
   if (dem::norm(tool.began) == 0 && dem::norm(gone) > moved) tool.began = main_direction(gone);
-  if (dem::norm(gone) > std::max(radius_, came_nowhere * tool.farthest)) tool.along = main_direction(gone);
+  // To and fro about its entry, a tool comes equally far both ways.
+  const Vec3 now = main_direction(gone);
+  if (dem::norm(gone) > radius_ && tool.travel(now) > (1 + came_nowhere) * tool.travel(tool.along)) {
+    turned_ = turned_ || (tool.passes && dem::norm(tool.along) > 0 && dem::dot(now, tool.along) < 1);
+    tool.along = now;
+  }
   if (tool.along.x != 0) tool.room = tool.along.x > 0 ? high_.x - below.high.x : below.low.x - low_.x;
   if (tool.along.z != 0) tool.room = tool.along.z > 0 ? high_.z - below.high.z : below.low.z - low_.z;
 }

@@ -25,7 +25,7 @@ struct Tool {
   bool in_soil = false;       ///< below the soil's surface within the bed, or in contact up to a diameter above it
   long looks = 0, out = 0;    ///< in the window of the means, from its entry on; of them those that find it not in soil
   Vec3 began;                 ///< horizontal unit vector along x or z of what it first moved by at all
-  Vec3 along;                 ///< the same of where it has come to; zero until it has moved by a sphere's radius
+  Vec3 along;                 ///< the same of where it has come farthest; zero until it has moved by a sphere's radius
   Vec3 gone;                  ///< m in soil from its entry to where it was followed last there, horizontal
   double farthest = 0;        ///< m, of the length of `gone`
   Vec3 ahead, behind;         ///< m, of `gone` along +x and +z, and along -x and -z: the farthest so far
@@ -60,7 +60,8 @@ struct Tool {
 /// that enters later opens it again.
 class ToolProgress {
  public:
-  ToolProgress(const World& world, const coupling::Simulation& simulation, double end);
+  /// The scenario outlives it. Of a bed that starts empty it measures the surface in `world` until a tool has entered.
+  ToolProgress(World& world, const coupling::Simulation& simulation, const Scenario& scenario);
 
   const std::vector<Tool>& tools() const { return tools_; }
   bool any_passes() const;
@@ -78,21 +79,27 @@ class ToolProgress {
   std::size_t entered() const;  ///< that have stood in the soil
   bool steady() const;          ///< all that are in the soil have travelled far enough
   bool at_the_end() const;      ///< one has come to the end of the soil
+  /// In the last follow() one that travels has come farther in another direction than in the one before.
+  bool turned() const { return turned_; }
   void archive(Archive& a) {
     for (Tool& tool : tools_) a("tool", tool);
-    a("low", low_)("high", high_)("radius", radius_);
+    a("low", low_)("high", high_)("radius", radius_)("begins empty", begins_empty_);
   }
 
  private:
   void add(const std::string& name, const std::string& column, std::size_t surface);
-  void follow(Tool& tool) const;
+  void follow(Tool& tool);
+  void take_soil();
+  void measure_poured_soil();
   double length_of_path(const SurfaceRecord& surface, double end) const;
 
-  const World& world_;
+  World& world_;
   const coupling::Simulation& simulation_;
+  const Scenario& scenario_;
   std::vector<Tool> tools_;
   Vec3 low_, high_;  ///< box of the soil
   double radius_ = 0;
+  bool begins_empty_ = false, turned_ = false;
 };
 
 /// The period after which the given motions of a scenario repeat themselves: harmonic and periodic ones, and rotors

@@ -18,7 +18,7 @@ constexpr double tool_interval = 1e-3;
 }  // namespace
 
 ToolMonitor::ToolMonitor(RunOutput& output)
-    : o_(output), progress_(o_.world, o_.simulation, o_.s.time.end), due_(tool_interval, {}, o_.simulation.time()) {}
+    : o_(output), progress_(o_.world, o_.simulation, o_.s), due_(tool_interval, {}, o_.simulation.time()) {}
 
 void ToolMonitor::set_window() {
   const Window& w = o_.s.output.window;
@@ -85,8 +85,9 @@ void ToolMonitor::follow(double t) {
   if (progress_.tools().empty()) return;
   Summary& summary = *o_.summary;
   progress_.follow();
-  if (window_ == Opening::open && progress_.entered() > entered_ && !progress_.steady()) {
-    window_ = Opening::pending;  // another tool has entered the soil
+  const bool another = window_ == Opening::open && progress_.entered() > entered_ && !progress_.steady();
+  if (another || (progress_.turned() && (window_ == Opening::open || window_ == Opening::closed))) {
+    window_ = Opening::pending;  // another tool has entered the soil, or one turned to its way
     summary.drop_window();
     progress_.forget_looks();
   }

@@ -156,7 +156,7 @@ contacts: [{between: [soil, soil], law: linear, k_n: 30 kN/m, restitution: 0.4, 
 soil:
   container: {size: 0.2 0.3 0.1 m, at: 0 -0.1 -0.05 m, material: soil, open after settling: [-y]}
   remove below: 50 mm
-  bed: {fill: random, material: soil, radius: 8 mm, depth: 40 mm}
+  bed: {fill: random, material: soil, radius: 8 mm, depth: 40 mm, inside machine: carve}
 boundaries:
   - {name: bar, material: soil, shape: {box: 20 20 60 mm}, at: 60 -60 0 mm, moves: [{velocity: 0.01 0 0 m/s}]}
 time: {end: 0.8 s}

@@ -317,20 +317,34 @@ TEST(RunWindow, TravelInSoilLeavesOutTheAir) {
   EXPECT_NEAR(path->share_out(0.1, 0.2), 0, 1e-12);
 }
 
-/// By 3 mm, less than a grain's radius, and back: the draft is against the direction in which it began.
+/// By 3 mm, less than a grain's radius, and back: the draft is against the direction in which it began, as that of the
+/// whole soil is.
 TEST(RunWindow, DraftOfAStrokeBelowARadius) {
-  for (const double sense : {1.0, -1.0}) {
+  constexpr const char* stroke = R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 30 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.1}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 0.2 0.2 0.1 m, at: 0 -0.08 -0.05 m, material: steel}
+  surface: 0 m
+  bed: {fill: random, material: soil, radius: 8 mm, depth: 60 mm, inside machine: carve}
+machine:
+  bodies: {b: {mass: 3 kg, inertia: 1 kg m^2, at: 100 40 mm}}
+  joints: {g: {translational: [ground, b], at: 100 40 mm, along: 1 0}}
+  drivers:
+    d: {coordinate: b.x, position: {table: {points: [[0 s, 100 mm], [0.1 s, 100 mm + A], [0.2 s, 100 mm]], between: monotone}}}
+  surfaces: {t: {body: b, material: steel, box: 20 150 80 mm}}
+parameters: {A: 3 mm}
+time: {end: 0.2 s}
+output: {monitor: {mean: {mean: soil.draft}}}
+)";
+  for (const char* const set : {"parameters.A=3 mm", "parameters.A=-3 mm"}) {
     const RunDirectory dir;
-    const std::string moves = fmt::format(
-        "boundaries.tool.moves=[{{velocity: {} 0 0 m/s, until: 0.1 s}}, {{velocity: {} 0 0 m/s, from: 0.1 s, until: "
-        "0.2 "
-        "s}}]",
-        0.03 * sense, -0.03 * sense);
-    ASSERT_EQ(run_scenario(dir.scenario(trench), dir / "out", {moves, "time.end=0.2 s"}), exit_ok);
-    const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["tool"];
-    const double force = summary["columns"]["tool.Fx"]["mean in window"], draft = tool["draft [N]"]["mean"];
-    EXPECT_NE(force, 0);
-    EXPECT_NEAR(draft, -sense * force, 1e-9 * std::abs(force));
+    ASSERT_EQ(run_scenario(dir.scenario(stroke), dir / "out", {set}), exit_ok);
+    const double draft = summary_of(dir / "out")["tools"]["b"]["draft [N]"]["mean"];
+    EXPECT_GT(std::abs(draft), 0.1) << set;
+    EXPECT_NEAR(draft, read_series(dir / "out/series.csv").at("mean").back(), 1e-3 * std::abs(draft)) << set;
   }
 }
 
@@ -346,6 +360,53 @@ TEST(RunWindow, TravelOfAToolThatBacksFirst) {
   EXPECT_NEAR(tool["travelled in soil [m]"], 0.15, 1e-3);
   // Its length, 20 mm, and its depth, about 30 mm, behind where it entered.
   EXPECT_NEAR(summary["window"]["from [s]"], 0.1 + (0.012 + 0.02 + 0.03) / 0.4, 0.02);
+}
+
+/// Back by 60 mm, in which the window opens, then forward by 240 mm: the window is that of the way forward.
+TEST(RunWindow, OpensAgainWhenAToolTurnsToItsWay) {
+  const RunDirectory dir;
+  const std::string moves =
+      "boundaries.tool.moves=[{velocity: -0.4 0 0 m/s, until: 0.2 s}, {velocity: 0.4 0 0 m/s, from: 0.2 s}]";
+  ASSERT_EQ(
+      run_scenario(dir.scenario(trench), dir / "out", {moves, "boundaries.tool.at=160 10 0 mm", "time.end=0.8 s"}),
+      exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["tool"];
+  EXPECT_EQ(tool["direction"], "+x");
+  EXPECT_NEAR(tool["travelled in soil [m]"], 0.16, 1e-3);
+  // It turns to its way where it has come a tenth farther than the 80 mm back.
+  EXPECT_NEAR(summary["window"]["from [s]"], 0.4 + 1.1 * 0.08 / 0.4, 0.003);
+}
+
+/// Poured at first, 3 kg on 0.4 x 0.12 m; a blade goes through it from 0.8 s on.
+TEST(RunWindow, OfABinThatStartsEmpty) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
+contacts:
+  - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
+  - {<<: *dry, between: [soil, steel]}
+soil:
+  container: {size: 0.4 0.25 0.12 m, at: 0 -0.06 -0.06 m, material: steel}
+  inlets:
+    feed: {box: {at: 60 100 -50 mm, size: 300 60 100 mm}, rate: 5 kg/s, material: soil, radius: 8 mm,
+           velocity: 0 -1 0 m/s, until: 0.6 s}
+boundaries:
+  - {name: blade, material: steel, shape: {box: 10 200 60 mm}, at: 40 70 0 mm,
+     moves: [{velocity: 0.4 0 0 m/s, from: 0.8 s}]}
+time: {end: 1.5 s}
+output: {every: 0.1 s}
+)"),
+                         dir / "out"),
+            exit_ok);
+  const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["blade"];
+  EXPECT_EQ(tool["direction"], "+x");
+  EXPECT_NEAR(tool["travelled in soil [m]"], 0.28, 2e-3);
+  // The blade's lower edge is at -30 mm; 3 kg at some 1500 kg/m3 are 42 mm on a floor at -60 mm.
+  const double surface = summary["soil"]["mean surface [m]"];
+  EXPECT_NEAR(surface, -0.06 + 0.042, 0.015);
+  EXPECT_NEAR(tool["greatest depth [m]"], surface + 0.03, 1e-9);
+  EXPECT_GT(summary["window"]["from [s]"], 0.8);
+  EXPECT_GT(tool["draft [N]"]["mean"], 1);
 }
 
 }  // namespace
