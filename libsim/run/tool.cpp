@@ -45,7 +45,6 @@ double Tool::travel(const Vec3& direction) const {
 ToolProgress::ToolProgress(World& world, const coupling::Simulation& simulation, const Scenario& scenario)
     : world_(world), simulation_(simulation), scenario_(scenario) {
   if (!world.bed) return;
-  begins_empty_ = world.bed->spheres().empty();
   take_soil();
   for (std::size_t i = 0; i < world.surfaces.size(); ++i) {
     const SurfaceRecord& s = world.surfaces[i];
@@ -71,7 +70,8 @@ void ToolProgress::take_soil() {
   if (world_.moving) (world_.moving->window.plan().direction > 0 ? high_.x = far : low_.x = -far);  // it has no end
 }
 
-/// Soil that inlets have poured until now. What falls is not on it yet: it is faster than after a fall by a diameter.
+/// Soil with what inlets have poured until now. What falls is not on it yet: it is faster than after a fall by a
+/// diameter.
 void ToolProgress::measure_poured_soil() {
   take_soil();
   const double fastest = std::sqrt(2 * dem::norm(scenario_.gravity) * 2 * radius_);
@@ -146,8 +146,11 @@ bool ToolProgress::any_travelled() const {
 
 void ToolProgress::follow() {
   turned_ = false;
-  const auto has_entered = [](const Tool& t) { return t.entry.has_value(); };
-  if (begins_empty_ && std::none_of(tools_.begin(), tools_.end(), has_entered)) measure_poured_soil();
+  const auto any = [&](auto&& is) { return std::any_of(tools_.begin(), tools_.end(), is); };
+  const bool poured = scenario_.soil && !scenario_.soil->inlets.empty();
+  if (poured && any([](const Tool& t) { return t.touches; }) &&
+      !any([](const Tool& t) { return dem::norm(t.began) > 0; }))
+    measure_poured_soil();
   for (Tool& tool : tools_) follow(tool);
 }
 

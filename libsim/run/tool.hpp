@@ -60,7 +60,7 @@ struct Tool {
 /// that enters later opens it again.
 class ToolProgress {
  public:
-  /// The scenario outlives it. Of a bed that starts empty it measures the surface in `world` until a tool has entered.
+  /// The scenario outlives it. Where inlets pour it measures the surface in `world` until a tool moves in the soil.
   ToolProgress(World& world, const coupling::Simulation& simulation, const Scenario& scenario);
 
   const std::vector<Tool>& tools() const { return tools_; }
@@ -83,7 +83,7 @@ class ToolProgress {
   bool turned() const { return turned_; }
   void archive(Archive& a) {
     for (Tool& tool : tools_) a("tool", tool);
-    a("low", low_)("high", high_)("radius", radius_)("begins empty", begins_empty_);
+    a("low", low_)("high", high_)("radius", radius_);
   }
 
  private:
@@ -99,7 +99,7 @@ class ToolProgress {
   std::vector<Tool> tools_;
   Vec3 low_, high_;  ///< box of the soil
   double radius_ = 0;
-  bool begins_empty_ = false, turned_ = false;
+  bool turned_ = false;
 };
 
 /// The period after which the given motions of a scenario repeat themselves: harmonic and periodic ones, and rotors

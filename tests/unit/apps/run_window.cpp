@@ -377,10 +377,9 @@ TEST(RunWindow, OpensAgainWhenAToolTurnsToItsWay) {
   EXPECT_NEAR(summary["window"]["from [s]"], 0.4 + 1.1 * 0.08 / 0.4, 0.003);
 }
 
-/// Poured at first, 3 kg on 0.4 x 0.12 m; a blade goes through it from 0.8 s on.
-TEST(RunWindow, OfABinThatStartsEmpty) {
-  const RunDirectory dir;
-  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+/// Poured at first, 3 kg on 0.4 x 0.12 m, or on a layer; a blade that stands there goes through it from 0.8 s on.
+TEST(RunWindow, OfSoilThatIsPoured) {
+  constexpr const char* pour = R"(subsoil: 1
 materials: {soil: {density: 2600 kg/m^3}, steel: {density: 7850 kg/m^3}}
 contacts:
   - &dry {between: [soil, soil], law: linear, k_n: 20 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}
@@ -395,18 +394,25 @@ boundaries:
      moves: [{velocity: 0.4 0 0 m/s, from: 0.8 s}]}
 time: {end: 1.5 s}
 output: {every: 0.1 s}
-)"),
-                         dir / "out"),
-            exit_ok);
-  const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["blade"];
-  EXPECT_EQ(tool["direction"], "+x");
-  EXPECT_NEAR(tool["travelled in soil [m]"], 0.28, 2e-3);
-  // The blade's lower edge is at -30 mm; 3 kg at some 1500 kg/m3 are 42 mm on a floor at -60 mm.
-  const double surface = summary["soil"]["mean surface [m]"];
-  EXPECT_NEAR(surface, -0.06 + 0.042, 0.015);
-  EXPECT_NEAR(tool["greatest depth [m]"], surface + 0.03, 1e-9);
-  EXPECT_GT(summary["window"]["from [s]"], 0.8);
-  EXPECT_GT(tool["draft [N]"]["mean"], 1);
+)";
+  for (const double layer : {0.0, 0.016}) {
+    const RunDirectory dir;
+    std::string text = pour;
+    if (layer > 0) {
+      const std::string bed = "  bed: {fill: rest-lattice, material: soil, radius: 8 mm, depth: 20 mm}\n";
+      text.insert(text.find("boundaries:"), bed);
+    }
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+    const nlohmann::json summary = summary_of(dir / "out"), tool = summary["tools"]["blade"];
+    EXPECT_EQ(tool["direction"], "+x");
+    EXPECT_NEAR(tool["travelled in soil [m]"], 0.28, 2e-3);
+    // The blade's lower edge is at -30 mm; 3 kg at some 1500 kg/m3 are 42 mm on a floor at -60 mm.
+    const double surface = summary["soil"]["mean surface [m]"];
+    EXPECT_NEAR(surface, -0.06 + 0.042 + layer, 0.015);
+    EXPECT_NEAR(tool["greatest depth [m]"], surface + 0.03, 1e-9);
+    EXPECT_GT(summary["window"]["from [s]"], 0.8);
+    EXPECT_GT(tool["draft [N]"]["mean"], 1);
+  }
 }
 
 }  // namespace
