@@ -18,6 +18,7 @@
 #include "libmbd/measures/distance.hpp"
 #include "libmbd/measures/position.hpp"
 #include "libmbd/measures/reaction.hpp"
+#include "libmbd/measures/soil_force.hpp"
 #include "libmbd/measures/velocity.hpp"
 #include "tests/tools/message_of.hpp"
 
@@ -329,6 +330,33 @@ TEST_P(Release, FrictionThatSticksIsDampedForWhatMayMoveNow) {
     EXPECT_NEAR(machine.body(1).r.x, 2e-4 * (1 - (1 + 100 * t) * std::exp(-100 * t)), 2e-8) << t;
     EXPECT_EQ(machine.force_value("rub", "sticking"), 1) << t;
   }
+}
+
+// A soil's force, which jumps from step to step: 0 at the start, above -2 N already, then -5 N, then 0 again. The joint
+// opens with the second passage, by each method.
+TEST_P(Release, AForceThatJumpsBackAndPassesAgainOpens) {
+  Model m;
+  m.gravity = {0, 0};
+  m.add({.name = "one", .mass = 2, .inertia = 1});
+  m.add("weld", Fixed{.body_a = 0, .body_b = 1});
+  SoilForceMeasure felt{.body = 1};
+  felt.part = WrenchPart::x;
+  m.add("go", JointEvent{.joint = "weld", .does = Does::opens, .input = input_of(felt), .above = -2});
+  Machine machine(m, options(GetParam()));
+  machine.start_from_pose();
+  const auto steps = [&](int count, double fx) {
+    for (int i = 0; i < count; ++i) {
+      machine.set_external_wrench(1, fx, 0, 0);
+      machine.advance(1e-3);
+    }
+  };
+  steps(10, 0);
+  EXPECT_TRUE(machine.events().empty());
+  steps(10, -5);
+  EXPECT_TRUE(machine.events().empty());
+  steps(10, 0);
+  ASSERT_EQ(machine.events().size(), 1U);
+  EXPECT_NEAR(machine.events()[0].t, 0.02, 1.0001e-3);
 }
 
 /// A parallelogram of two cranks of 0.3 m, turning at 15 rad/s from 1 rad; a brake closes on its coupler at `angle`.
