@@ -51,6 +51,13 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+/// `spring-damper` with `spring`, `rotational spring-damper` with `rotational spring`.
+bool begins_with_words(std::string_view name, std::string_view words) {
+  constexpr std::string_view ends = " -._";
+  return words.size() >= 4 && name.size() > words.size() && name.starts_with(words) &&
+         ends.find(name[words.size()]) != std::string_view::npos;
+}
+
 }  // namespace
 
 const std::string* nearest(std::string_view word, const std::vector<std::string>& known) {
@@ -63,7 +70,12 @@ const std::string* nearest(std::string_view word, const std::vector<std::string>
       found = &candidate;
     }
   }
-  return found;
+  if (found != nullptr && least <= 1) return found;
+  const std::string* whole = nullptr;
+  for (const std::string& candidate : known)
+    if (begins_with_words(candidate, word) && (whole == nullptr || candidate.size() < whole->size()))
+      whole = &candidate;
+  return whole != nullptr ? whole : found;
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {

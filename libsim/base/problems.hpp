@@ -33,10 +33,10 @@ struct ScenarioError : std::runtime_error {
   std::vector<std::string> lines;
 };
 
-/// The nearest of `known` within a third of the word's length; null: none.
+/// The nearest of `known`: one letter off, else the shortest that begins with the whole words given, else that within a
+/// third of the word's length; null: none.
 const std::string* nearest(std::string_view word, const std::vector<std::string>& known);
-/// "; did you mean `density`?" for the nearest of `known` within a third of the word's length, else "; known here:
-/// ...".
+/// "; did you mean `density`?" for the nearest of `known`, else "; known here: ...".
 std::string suggestion(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace subsoil::sim

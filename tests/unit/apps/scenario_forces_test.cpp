@@ -118,6 +118,9 @@ TEST(ScenarioForces, RefusalsNamePlaceRuleAndCure) {
   EXPECT_EQ(refusal("{spring-damper: [sled, arm], ends: [0 0 m, 1 7 m], spring curve: {table: [[0 m, 0 N]]}}"),
             at + ".spring curve = {table: [[0 m, 0 N]]}: table characteristic: needs at least two points, each with x "
                  "and value");
+  EXPECT_NE(refusal("{rotational spring: [sled, arm], stiffness: 1 N m/rad}").find("`rotational spring-damper`?"),
+            std::string::npos)
+      << "not rotational stop, which is nearer by letters";
   EXPECT_EQ(refusal("{bushing: [sled, arm], at: 0 0 m, stiffness x: 1 N/m}"),
             at + ".stiffness y: is missing: force per offset along its y axis, in N/m");
   EXPECT_EQ(refusal("{drag: arm, quadratic: -1 N s^2/m^2}"),
