@@ -148,13 +148,13 @@ void ToolProgress::follow() {
   turned_ = false;
   const auto any = [&](auto&& is) { return std::any_of(tools_.begin(), tools_.end(), is); };
   const bool poured = scenario_.soil && !scenario_.soil->inlets.empty();
-  if (poured && any([](const Tool& t) { return t.touches; }) &&
-      !any([](const Tool& t) { return dem::norm(t.began) > 0; }))
-    measure_poured_soil();
-  for (Tool& tool : tools_) follow(tool);
+  const bool measures = poured && any([](const Tool& t) { return t.touches; }) &&
+                        !any([](const Tool& t) { return dem::norm(t.began) > 0; });
+  if (measures) measure_poured_soil();
+  for (Tool& tool : tools_) follow(tool, measures);
 }
 
-void ToolProgress::follow(Tool& tool) {
+void ToolProgress::follow(Tool& tool, bool measured) {
   const double surface = world_.soil.surface_mean;
   const Vec3 place = simulation_.surface_pose(world_.surfaces[tool.surfaces.front()].boundary).position;
   double deepest = std::numeric_limits<double>::infinity(), lowest = deepest;
@@ -182,7 +182,7 @@ void ToolProgress::follow(Tool& tool) {
     *tool.entry += place - tool.last;
   tool.last = place;
   if (!below_soil) return;
-  tool.depth = std::max(tool.depth, surface - deepest);
+  tool.depth = measured ? surface - deepest : std::max(tool.depth, surface - deepest);
   const Vec3 gone = tool.gone = level(place - *tool.entry);
   tool.farthest = std::max(tool.farthest, dem::norm(gone));
   tool.ahead = {std::max(tool.ahead.x, gone.x), 0, std::max(tool.ahead.z, gone.z)};

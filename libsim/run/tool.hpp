@@ -88,7 +88,8 @@ class ToolProgress {
 
  private:
   void add(const std::string& name, const std::string& column, std::size_t surface);
-  void follow(Tool& tool);
+  /// @param measured in this look: what it was below the surface before counts no more
+  void follow(Tool& tool, bool measured);
   void take_soil();
   void measure_poured_soil();
   double length_of_path(const SurfaceRecord& surface, double end) const;
