@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <memory>
 #include <new>
 #include <utility>
@@ -129,6 +130,18 @@ std::vector<unsigned char> deflated_planes(Bytes bytes, std::size_t plane, int l
 
 std::uint32_t crc32(std::span<const unsigned char> bytes, std::uint32_t before) {
   return libdeflate_crc32(before, bytes.data(), bytes.size());
+}
+
+std::uint32_t crc32_of_file(const std::filesystem::path& file, std::uint64_t length) {
+  std::ifstream in(file, std::ios::binary);
+  std::vector<char> block(1 << 16);
+  std::uint32_t sum = 0;
+  while (in && length > 0) {
+    in.read(block.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(block.size(), length)));
+    const auto count = static_cast<std::size_t>(in.gcount());
+    sum = crc32(bytes_of({block.data(), count}), sum), length -= count;
+  }
+  return sum;
 }
 
 }  // namespace subsoil::sim

@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <limits>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -19,6 +21,9 @@ std::vector<unsigned char> deflated_planes(std::span<const unsigned char> bytes,
 
 /// CRC-32 of `bytes` (that of gzip and PNG), which continues that of the bytes before.
 std::uint32_t crc32(std::span<const unsigned char> bytes, std::uint32_t before = 0);
+/// Of the first `length` bytes of a file, or of all.
+std::uint32_t crc32_of_file(const std::filesystem::path& file,
+                            std::uint64_t length = std::numeric_limits<std::uint64_t>::max());
 
 /// The bytes of a text.
 inline std::span<const unsigned char> bytes_of(std::string_view text) {

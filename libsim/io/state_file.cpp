@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 #include <string_view>
@@ -132,8 +133,40 @@ void StateWriter::put(const std::string& name, const Archive& archive) {
   put_texts(name + "/texts", texts.values);
 }
 
+namespace {
+
+// Behind what is HDF5, whose library passes over it: the checksum of all bytes before. A file whose structure is
+// damaged may bring that library down, so that it is compared first.
+constexpr std::string_view whole_file = "subsoil: all before has the crc32 ";
+constexpr std::size_t trailer_length = whole_file.size() + 8 + 1;
+
+std::string trailer_of(std::uint32_t sum) { return fmt::format("{}{:08x}\n", whole_file, sum); }
+
+void append_trailer(const std::filesystem::path& file) {
+  const std::string text = trailer_of(crc32_of_file(file));
+  std::ofstream out(file, std::ios::binary | std::ios::app);
+  out.write(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+/// Throws std::runtime_error where its bytes are not those before its trailer was written. A file without one passes.
+void compare_trailer(const std::filesystem::path& file) {
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+  if (unknown || size < trailer_length) return;
+  std::ifstream in(file, std::ios::binary);
+  std::string kept(trailer_length, ' ');
+  in.seekg(static_cast<std::streamoff>(size - trailer_length));
+  in.read(kept.data(), static_cast<std::streamsize>(trailer_length));
+  if (!in || !kept.starts_with(whole_file) || kept == trailer_of(crc32_of_file(file, size - trailer_length))) return;
+  throw std::runtime_error(file.string() + ": is not what was written: the file is damaged");
+}
+
+}  // namespace
+
 void StateWriter::commit() {
   h5::close_file(impl_->file);
+  append_trailer(temporary_name(impl_->path));
   put_in_place(impl_->path);
   impl_->path.clear();
 }
@@ -143,7 +176,8 @@ struct StateReader::Impl {
   h5::Handle file;
 };
 
-StateReader::StateReader(const std::filesystem::path& path) : impl_(new Impl{path, h5::open_file(path)}) {}
+StateReader::StateReader(const std::filesystem::path& path)
+    : impl_(new Impl{path, (compare_trailer(path), h5::open_file(path))}) {}
 StateReader::~StateReader() = default;
 
 void StateReader::require_format(std::int64_t number, const std::vector<std::string>& known) const {

@@ -1,7 +1,5 @@
 #include "libsim/scenario/load.hpp"
 
-#include <fstream>
-
 #include "libsim/base/deflate.hpp"
 #include "libsim/document/arithmetic.hpp"
 #include "libsim/keys/fields.hpp"
@@ -21,18 +19,6 @@ void refuse_unused_sets(const Node& document, Problems& problems) {
       problems.add(e.value.place, "parameters." + e.key, e.value.one_line(), "no value names this parameter");
 }
 
-/// CRC-32 of a file's bytes.
-std::uint32_t checksum_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::vector<char> block(1 << 16);
-  std::uint32_t sum = 0;
-  while (in) {
-    in.read(block.data(), static_cast<std::streamsize>(block.size()));
-    sum = crc32(bytes_of({block.data(), static_cast<std::size_t>(in.gcount())}), sum);
-  }
-  return sum;
-}
-
 Loaded read_checked(const Node& document, Problems& problems) {
   Loaded loaded;
   const ParametersInScope parameters;
@@ -46,7 +32,7 @@ Loaded read_checked(const Node& document, Problems& problems) {
   check(loaded.scenario, loaded.places, problems);
   check_effects(loaded.scenario, loaded.places, problems);
   if (!problems.empty()) throw ScenarioError(problems);
-  for (const std::string& file : reading.input_files) loaded.scenario.contents[file] = checksum_of(file);
+  for (const std::string& file : reading.input_files) loaded.scenario.contents[file] = crc32_of_file(file);
   return loaded;
 }
 

@@ -101,8 +101,22 @@ TEST(StateFile, AChangedByteOfAnArrayOrTextIsFound) {
   writer.commit();
   std::ifstream in(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  const auto refusal = [&](const std::string& changed) {
+  const std::size_t trailer = bytes.rfind("subsoil: all before");
+  ASSERT_EQ(bytes.size() - trailer, 43U);
+  // Each byte counts, of the structure too, which never comes to the library then.
+  for (const std::size_t at : {std::size_t{0}, trailer / 7, trailer / 2, trailer - 1}) {
     std::string other = bytes;
+    other[at] ^= 1;
+    test::write_file(path, other);
+    EXPECT_NE(test::message_of<std::runtime_error>([&] { StateReader{path}; }).find("the file is damaged"),
+              std::string::npos)
+        << at;
+  }
+  test::write_file(path, bytes);
+  EXPECT_EQ(StateReader{path}.texts("scenario").size(), 2U);
+  // Without a trailer, as of former versions.
+  const auto refusal = [&](const std::string& changed) {
+    std::string other = bytes.substr(0, trailer);
     const std::size_t at = other.find(changed);
     EXPECT_NE(at, std::string::npos);
     other[at] ^= 1;
