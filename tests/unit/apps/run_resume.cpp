@@ -146,7 +146,7 @@ soil:
     a: {box: {at: 20 130 -45 mm, size: 100 50 90 mm}, rate: 2 kg/s, material: soil, radius: 5 mm}
 boundaries:
   - {name: bar, material: soil, shape: {box: 20 20 60 mm}, at: 60 60 0 mm, moves: [{velocity: 0.1 0 0 m/s}]}
-time: {end: 0.5 s}
+time: {end: 0.25 s}
 output: {every: 10 ms}
 )");
 }
