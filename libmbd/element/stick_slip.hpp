@@ -53,15 +53,12 @@ struct StickSlip {
   /// Sticks from now on with that force on b, and damped by `given`, NaN: critically for that mass along s. Returns
   /// what its spring stores (J).
   double grip(double k, double s, double v, double force, double mass, double given) {
-    damping = given;
     damp(k, mass, given);
     stuck_at = s + (force + damping * v) / k;
     return stored(k, s);
   }
   /// From now on damped as by `grip`, for that mass.
-  void damp(double k, double mass, double given) {
-    if (std::isnan(given)) damping = 2 * std::sqrt(k * mass);
-  }
+  void damp(double k, double mass, double given) { damping = std::isnan(given) ? 2 * std::sqrt(k * mass) : given; }
   /// Slides from now on.
   void slide(int sense) { sliding = sense; }
   /// Slides if it moves, else sticks where it is.

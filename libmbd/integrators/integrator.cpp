@@ -216,6 +216,11 @@ void Integrator::arm(const std::vector<char>& open) {
     if (open[e.index] != system_.open_joints()[e.index]) switches_.set_side(i, e.input ? -1 : 1);
   }
   look(now_, gaps_);
+  arm_returned();
+}
+
+// Events that wait, and whose measure is clear of their value in gaps_.
+void Integrator::arm_returned() {
   for (std::size_t i = 0; i < switches_.count(); ++i)
     if (switches_.of_joint(i) && switches_.side(i) < 0 && gaps_[i] > 0) switches_.set_side(i, 1);
 }
@@ -265,9 +270,7 @@ bool Integrator::fire_due() {
   for (std::size_t due = system_.due_event(0); due < system_.model().events.size(); due = system_.due_event(0))
     fire(due), fired = true;
   look(now_, gaps_);
-  // What a jump has brought back has no root either.
-  for (std::size_t i = 0; i < switches_.count(); ++i)
-    if (switches_.of_joint(i) && switches_.side(i) < 0 && gaps_[i] > 0) switches_.set_side(i, 1);
+  arm_returned();  // what a jump has brought back has no root either
   for (std::size_t i = 0; i < switches_.count(); ++i)
     if (switches_.of_joint(i) && switches_.side(i) > 0 && gaps_[i] < 0) {
       fire(switches_.event(i));

@@ -176,6 +176,7 @@ class Integrator {
   void await_passage();
   bool switch_joints(std::vector<std::size_t> due, std::vector<char>& had);
   void arm(const std::vector<char>& open);
+  void arm_returned();
   std::vector<std::size_t> reached(const std::vector<char>& had);
   void take_impulse();
   void begin_grips();

@@ -181,16 +181,20 @@ int led_on(const System& system, const Force& f, std::size_t place, const GripMo
   return 0;
 }
 
-// s'' is linear in the force of the grip, but for what it does to the friction of other places: a secant, repeated.
+// s'' with that force of the grip, in which it is linear but for what it does to the friction of other places.
+template <class Force>
+double slip_with(const System& system, Force& f, std::size_t place, const GripMotion& motion, double force) {
+  f.grip(system.scene(), place, force, 0);
+  const Eigen::VectorXd& solved = motion.accelerate();
+  return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
+}
+
+// A secant, repeated.
 template <class Force>
 double grip_place(const System& system, Force&& f, std::size_t place, const GripMotion& motion) {
   if (!f.sticks(place)) return 0;
   const double kept = system.keeps_grips() ? f.held(system.scene(), place) : 0;
-  const auto slip = [&](double with) {
-    f.grip(system.scene(), place, with, 0);
-    const Eigen::VectorXd& solved = motion.accelerate();
-    return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
-  };
+  const auto slip = [&](double with) { return slip_with(system, f, place, motion, with); };
   const auto slide = [&](int sense) {
     f.slide(place, sense);
     motion.accelerate();
@@ -229,13 +233,9 @@ template <class Force>
 void damp_place(const System& system, Force&& f, std::size_t place, const GripMotion& motion) {
   if (!f.sticks(place)) return;
   const auto memory = f.memory();
-  const auto slip = [&](double with) {
-    f.grip(system.scene(), place, with, 0);
-    const Eigen::VectorXd& solved = motion.accelerate();
-    return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
-  };
   const double limit = f.grip_limit(system.scene(), place), force = limit > 0 ? limit : 1;
-  const double free = slip(0), mass = force / (slip(force) - free);
+  const double free = slip_with(system, f, place, motion, 0),
+               mass = force / (slip_with(system, f, place, motion, force) - free);
   f.set_memory(memory);
   if (mass > 0 && std::isfinite(mass)) f.damp(place, mass);
   motion.accelerate();

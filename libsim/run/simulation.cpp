@@ -313,7 +313,7 @@ struct Simulation::Impl : StepObserver {
   bool in_observer = false;
   double target = 0;                   ///< s, to which the call steps
   std::optional<MotionSearch> search;  ///< where columns of a machine alone are followed over time
-  double searched = 0;                 ///< s, from where it goes on
+  double searched = 0;                 ///< s, where the step that is searched begins
   bool last = false, stop = false;
   std::vector<Observing> observers;
   int observers_made = 0;

@@ -39,8 +39,9 @@ struct SweepNumber {
          {"rms", Take::rms},
          {"integral", Take::integral}},
         "what is taken of the column in the window, or of the distances from the points; mean, integral, least, "
-        "largest and span over the run's own window are those of summary.json, of every step, of a column that it "
-        "holds, as of every monitor; others are those of rows, which have to be close enough for them; means are over "
+        "largest and span over the run's own window are those of summary.json, of every step, if it holds the "
+        "column, as it does of every monitor; others are those of rows, which have to be close enough for them; means "
+        "are over "
         "time: columns of means count with their "
         "intervals, others by the trapezium rule; integral: likewise, of instants by parabolas through rows; last: "
         "at the window's end, on a line between rows");

@@ -114,7 +114,7 @@ TEST(StateFile, AChangedByteOfAnArrayOrTextIsFound) {
   }
   test::write_file(path, bytes);
   EXPECT_EQ(StateReader{path}.texts("scenario").size(), 2U);
-  // Without a trailer, as of former versions.
+  // In a file without a trailer each array is compared by itself.
   const auto refusal = [&](const std::string& changed) {
     std::string other = bytes.substr(0, trailer);
     const std::size_t at = other.find(changed);

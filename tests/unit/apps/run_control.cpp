@@ -76,7 +76,7 @@ TEST(RunControl, AMotorHoldsItsSpeedAndALoadIsFlung) {
 }
 
 // A sampled controller at its bound changes nothing at its instants, where rows are. The ball's contact, which might
-// stick, makes the methods look into their steps: forces of a row are of its instant all the same.
+// stick, makes the methods sample within their steps: forces of a row are of its instant all the same.
 TEST(RunControl, RowsAtSamplesAreOfOneInstant) {
   constexpr const char* disk = R"(subsoil: 1
 gravity: 0 m/s^2
