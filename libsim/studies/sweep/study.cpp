@@ -13,6 +13,7 @@
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/post/run_folder.hpp"
+#include "libsim/run/output_folder.hpp"
 #include "libsim/scenario/load.hpp"
 
 namespace subsoil::sim {
@@ -114,15 +115,6 @@ class Progress {
   LiveLine line_;
 };
 
-void remove_large(const std::filesystem::path& folder) {
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (name == "run.h5" || name == "run.xdmf" || name == "run.xdmf2" || name == "frames" ||
-        name.starts_with("state-") || name.starts_with("checkpoint-"))
-      std::filesystem::remove_all(entry.path());
-  }
-}
-
 }  // namespace
 
 std::filesystem::path point_folder(const std::filesystem::path& folder, std::size_t point) {
@@ -174,7 +166,7 @@ bool run_points(const Study& study, const std::filesystem::path& folder, const s
                   {"end", end.code == 0 ? "reached" : "failed"},
                   {"wall time [s]", end.wall_time}};
         if (end.code != 0) json["cause"] = cause_of(place, end.code);
-        if (study.keep == Keep::numbers) remove_large(place);
+        if (study.keep == Keep::numbers) remove_frames_and_states(place);
         write_atomically(place / "point.json", json_text(json, 1) + "\n");
         progress.took(end.wall_time, end.code != 0);
       },
