@@ -20,11 +20,11 @@
 /// unloading stiffness, from k1 of a gentle touch to k2; phi_f dimensionless plastic depth; the force vanishes at
 /// (1 - k1/p) M and the maximum pull is k_c (p - k1) M/(p + k_c). `unloading stiffness: constant` has p = k2 always.
 /// Damping c, N s/m (Luding's gamma_0, MercuryDPM's dissipation), or by `restitution`, that of the dashpot with the
-/// spring k1 alone (LIGGGHTS): what comes out is less. Tangential: k_t = ratio k1, c_t = c of that restitution with k_t
-/// or ratio c. Friction limit: adhesive_friction.hpp.
-/// Energy: stored is the elastic line's, counted from where it meets the adhesive branch: 0 there and when apart,
-/// negative when pulled from rest. Loading and tearing lose, as differences of functions of M (comments below).
-/// Valid for overlaps up to delta_f and somewhat beyond. Source: Luding 2008, Granular Matter 10, 235.
+/// spring k1 alone (LIGGGHTS): what comes out is less. Tangential: k_t = ratio k1, c_t = sqrt(ratio) c, the same
+/// damping ratio. Friction limit: adhesive_friction.hpp. Energy: stored is the elastic line's, counted from where it
+/// meets the adhesive branch: 0 there and when apart, negative when pulled from rest. Loading and tearing lose, as
+/// differences of functions of M (comments below). Valid for overlaps up to delta_f and somewhat beyond. Source: Luding
+/// 2008, Granular Matter 10, 235.
 namespace subsoil::dem {
 
 struct Luding {
@@ -100,7 +100,7 @@ struct Luding {
     NormalForce<T> n;
     n.in_contact = a.overlap > zero;
     const T spring = select(tears, -pull, on_line);
-    n.c_n = coefficient(T(k1), T(1.0), a.root_m);
+    n.c_n = coefficient(a.root_m);
     const T viscous = n.c_n * a.rate;
     n.force = select(n.in_contact, spring + viscous, zero);
     n.damping = select(n.in_contact, viscous, zero);
@@ -117,16 +117,13 @@ struct Luding {
     n.k_t = T(stiffness_ratio * k1);
     n.stiffness_ratio = T(1.0);
     n.tangential_compliance = T(stiffness_ratio > 0 ? 1 / (stiffness_ratio * k1) : 0.0);
-    n.c_t = coefficient(T(stiffness_ratio * k1), T(stiffness_ratio), a.root_m);
+    n.c_t = T(std::sqrt(stiffness_ratio)) * n.c_n;
     return n;
   }
 
   StiffnessBound bound(const WorstContact& w) const {
-    const double root_m = std::sqrt(w.m_eff), k_t = stiffness_ratio * k1;
-    return {.k_n = std::max(k2, k_c),
-            .c_n = coefficient(k1, 1.0, root_m),
-            .k_t = k_t,
-            .c_t = coefficient(k_t, stiffness_ratio, root_m)};
+    const double c_n = coefficient(std::sqrt(w.m_eff));
+    return {.k_n = std::max(k2, k_c), .c_n = c_n, .k_t = stiffness_ratio * k1, .c_t = std::sqrt(stiffness_ratio) * c_n};
   }
 
  private:
@@ -156,9 +153,9 @@ struct Luding {
     return T(0.5) * (T(k1) * M * M * l.excess + l.tear * l.tear) / l.stiffness;
   }
   template <class T>
-  T coefficient(T stiffness, T share, T root_m) const {
-    if (std::isnan(restitution)) return share * T(damping);
-    return T(2 * damping_ratio(restitution)) * sqrt(stiffness) * root_m;
+  T coefficient(T root_m) const {
+    if (std::isnan(restitution)) return T(damping);
+    return T(2 * damping_ratio(restitution) * std::sqrt(k1)) * root_m;
   }
 };
 

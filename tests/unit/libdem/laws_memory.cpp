@@ -224,6 +224,21 @@ TEST(Luding, ReloadsFromTheAdhesiveBranch) {
   EXPECT_NEAR(path.force(), 1.1e4 * low, 1e-9);
 }
 
+/// One dashpot given by its coefficient and by its restitution: c = 2 beta sqrt(m k1), across it sqrt(ratio) c.
+TEST(Luding, OneDampingRatioHoweverItIsGiven) {
+  const double m = 1e-3, ln = std::log(0.5), c = 2 * std::sqrt(m * 1e4 / (1 + std::pow(pi / ln, 2)));
+  Luding coefficient = sticky(1e4, 5e4, 1e4, 0.1), restitution = coefficient;
+  coefficient.damping = c, coefficient.restitution = NAN;
+  restitution.damping = NAN, restitution.restitution = 0.5;
+  for (const Luding& law : {coefficient, restitution}) {
+    double own[1] = {};
+    const auto n = law.normal(Approach<double>{1e-4, 0.4, std::sqrt(m), 5e-3, 0}, own);
+    EXPECT_NEAR(n.c_n, c, 10 * kRounding);
+    EXPECT_NEAR(n.c_t, std::sqrt(law.stiffness_ratio) * c, 10 * kRounding);
+    EXPECT_NEAR(law.bound({.m_eff = m, .r_eff = 5e-3, .r_min = 5e-3, .speed = 1}).c_t, n.c_t, 10 * kRounding);
+  }
+}
+
 /// Beyond delta_f the branch k2 is elastic both ways.
 TEST(Luding, LimitBranchIsElastic) {
   Luding law = sticky(1e4, 5e4, 1e4, 0.1);
