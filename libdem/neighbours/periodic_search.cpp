@@ -97,4 +97,11 @@ void require_period(const PeriodicCell& cell, double reach) {
     }
 }
 
+double skin_within_period(const PeriodicCell& cell, double range, double least, double usual) {
+  double skin = usual;
+  for (int d = 0; d < 3; ++d)
+    if (cell.length[d] > 0) skin = std::min(skin, 0.5 * cell.length[d] - range);
+  return std::max(skin, least);
+}
+
 }  // namespace subsoil::dem

@@ -21,4 +21,8 @@ PeriodicImages add_pairs_across(std::span<const Sphere> spheres, const Grid& gri
 /// the distance `reach`, m, up to which pairs are listed.
 void require_period(const PeriodicCell& cell, double reach);
 
+/// The longest skin, from `least` to `usual`, with which no sphere of that range (two radii and the range of the law)
+/// is listed from both sides of a period; `least` where none fits.
+double skin_within_period(const PeriodicCell& cell, double range, double least, double usual);
+
 }  // namespace subsoil::dem

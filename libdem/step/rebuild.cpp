@@ -87,8 +87,11 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   laws.require(statistics.present);
   // Longer, and the lists grow, though most of what is added stays inactive; shorter, and they are built more often:
   // under a plough 0.25 costs 13 %, 0.6 costs 40 % more.
-  const double skin = options.skin > 0 ? options.skin : 0.4 * statistics.mean;
   laws.update_cutoffs(statistics.largest);
+  const double skin = options.skin > 0
+                          ? options.skin
+                          : skin_within_period(options.periodic, 2 * statistics.largest + laws.largest_cutoff(),
+                                               0.1 * statistics.mean, 0.4 * statistics.mean);
   const double cutoff = laws.largest_cutoff() + skin;
   if (options.periodic.any()) check_periodic_sides(statistics, skin);
   // Only now, when nothing refuses the bed any more: what a failed rebuild had put aside would meet other lists later.

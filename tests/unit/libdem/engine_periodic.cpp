@@ -304,15 +304,20 @@ TEST(Periodic, SpheresThatComeAndLeaveKeepTheOthersHistories) {
     EXPECT_LT(norm(apart(sphere(a, id).x, sphere(b, id).x, options.periodic)), 1e-10) << id;
 }
 
+/// The skin shrinks to a tenth of a radius before a period is refused: 2 (2 r + r/10) = 42 mm.
 TEST(Periodic, ShortPeriodsAreRefused) {
-  BedOptions options = quiet();
-  options.periodic = {{0, 0, 0}, {0.047, 0, 0}};
-  Bed bed(table(grains()), options);
-  const SphereSpec one{{0, 0, 0}, {}, {}, 0.01, 1800, 0};
-  bed.add(std::span(&one, 1));
+  const auto step_in = [](double period) {
+    BedOptions options = quiet();
+    options.periodic = {{0, 0, 0}, {period, 0, 0}};
+    Bed bed(table(grains()), options);
+    const SphereSpec one{{0, 0, 0}, {}, {}, 0.01, 1800, 0};
+    bed.add(std::span(&one, 1));
+    bed.step(1e-5);
+  };
+  EXPECT_EQ(message_of([&] { step_in(0.0421); }), "accepted");
   EXPECT_EQ(
-      message_of([&] { bed.step(1e-5); }),
-      "the period of 0.047 m in x is too short: a sphere could meet another one from both sides; it must be 0.048 "
+      message_of([&] { step_in(0.041); }),
+      "the period of 0.041 m in x is too short: a sphere could meet another one from both sides; it must be 0.042 "
       "m at least, twice the distance up to which neighbours are listed (two radii, the range of the law and the "
       "skin): a longer container, or smaller spheres");
 }
