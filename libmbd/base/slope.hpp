@@ -19,10 +19,13 @@ struct Slope {
 /// leaves those of shorter ones. Longer ones are recognised by two signs: the R differ, and the bend
 /// (f(h) + f(-h) - 2 f(0))/h does not fall with h. Each component takes the R whose estimated error is the smallest.
 /// Where f has a corner at 0 itself the value is the mean of both sides, and the error is half their difference.
-/// Components are taken to be of comparable size: one is settled where its error is 1e-10 of it, or where rounding
-/// grows in it and it is below 1e-6 of the maximum.
-/// Source: Ridders 1982, Adv. Eng. Software 4, 75; the bend is ours.
-Slope slope_at_zero(const Curve1& f, double far);
+/// An error is at least what the last two corners and the rounding of f and of its argument leave of it, so that two
+/// differences that agree by chance do not count, nor those of a step that the argument does not feel.
+/// @param resolution rounding of the argument: 2^-52 of the size of what is shifted; steps below 1e4 of it are not
+/// taken Components are taken to be of comparable size: one is settled where its error is 1e-10 of it, or where
+/// rounding grows in it and it is below 1e-6 of the maximum. Source: Ridders 1982, Adv. Eng. Software 4, 75; the bend
+/// is ours.
+Slope slope_at_zero(const Curve1& f, double far, double resolution);
 
 /// The same to a few digits for Newton's method: one difference of both sides at `step`, shortened by tens while the
 /// derivatives of the two sides differ by more than a tenth. `f_0` is f(0).

@@ -70,26 +70,28 @@ class Linearisation {
     a_ = error_ = MatrixXd::Zero(size, size);
     a_.block(0, f, f, f).setIdentity();
     directions_.resize(at_.q.size(), f);
-    const auto take = [&](Eigen::Index column, double far, auto shift) {
+    const auto take = [&](Eigen::Index column, double far, double argument, auto shift) {
       const auto shifted = [&](double by) {
         MotionState s = at_;
         shift(s, by);
         return rates_at(s);
       };
-      const Slope slope = slope_at_zero(shifted, far);
+      const Slope slope = slope_at_zero(shifted, far, std::numeric_limits<double>::epsilon() * std::abs(argument));
       a_.col(column).tail(f + s_) = slope.value, error_.col(column).tail(f + s_) = slope.error;
     };
     for (Eigen::Index j = 0; j < f; ++j) {
       const int i = independent(j);
-      take(j, 1e-4 * length_, [&](MotionState& s, double by) { s.q[i] += by / scale_[i]; });
-      take(f + j, 1e-4 * length_, [&](MotionState& s, double by) { s.velocity[i] += by / scale_[i]; });
+      take(j, 1e-4 * length_, at_.q[i] * scale_[i], [&](MotionState& s, double by) { s.q[i] += by / scale_[i]; });
+      take(f + j, 1e-4 * length_, at_.velocity[i] * scale_[i],
+           [&](MotionState& s, double by) { s.velocity[i] += by / scale_[i]; });
       MotionState still = at_, moving = at_;
       moving.velocity[i] += 1 / scale_[i];
       partition_.evaluate(still), partition_.evaluate(moving);
       directions_.col(j) = moving.velocity - still.velocity;
     }
     for (Eigen::Index j = 0; j < s_; ++j)
-      take(2 * f + j, 1e-4, [&](MotionState& s, double by) { s.states[j] += by * state_size(j); });
+      take(2 * f + j, 1e-4, at_.states[j] / state_size(j),
+           [&](MotionState& s, double by) { s.states[j] += by * state_size(j); });
     partition_.evaluate(at_);
   }
 
@@ -196,10 +198,10 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   const VectorXd d = balancing(linear.matrix());
   const auto balanced = [&](const MatrixXd& m) { return MatrixXd(d.cwiseInverse().asDiagonal() * m * d.asDiagonal()); };
   const MatrixXd a = balanced(linear.matrix());
-  MatrixXd error = balanced(linear.error());
+  const MatrixXd error = balanced(linear.error());
   const MatrixXd undetermined = undetermined_part(a, error);
-  // Rounding of the eigenvalue problem: a small multiple of eps |A|.
-  error.array() += 4 * std::numeric_limits<double>::epsilon() * a.norm();
+  // Rounding: of the differences, and of the eigenvalue problem a small multiple of eps |A|.
+  const MatrixXd rounding = (error - undetermined).array() + 4 * std::numeric_limits<double>::epsilon() * a.norm();
   const auto [values, right] = eigenvectors(a + split_zeros(a));
   const Eigen::MatrixXcd left = inverse(right);
   constexpr double certain = 10;  // errors are estimates
@@ -207,20 +209,22 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   for (Eigen::Index i = 0; i < a.rows(); ++i) {
     const auto s = values[i];
     // First order: |ds| <= |y|^T E |x| with y^T x = 1. Of a zero pair that rounding has split it is of its own size.
-    const double off = left.row(i).cwiseAbs() * error * right.col(i).cwiseAbs();
+    const Eigen::RowVectorXd y_size = left.row(i).cwiseAbs();
+    const VectorXd x_size = right.col(i).cwiseAbs();
+    const double known = y_size * rounding * x_size, of_laws = y_size * undetermined * x_size, off = known + of_laws;
     const Eigen::VectorXcd p = d.head(f).asDiagonal() * right.col(i).head(f);
     const Eigen::VectorXcd shape = linear.directions().cast<std::complex<double>>() * p;
     // Without what is not determined it would be no zero, within the errors that are left.
-    const double known = off - left.row(i).cwiseAbs() * undetermined * right.col(i).cwiseAbs();
     if (std::abs(s) <= certain * off && std::abs(s) > certain * known) {
       if (s.imag() < 0) continue;
-      found.push_back({.error = off, .shape = linear.normal(shape), .undetermined = true});
+      found.push_back({.error = off, .error_of_laws = of_laws, .shape = linear.normal(shape), .undetermined = true});
     } else if (std::abs(s) <= certain * off || s == 0.0) {
       zeros.push_back(i);
     } else if (s.imag() >= 0) {
       // A real part within its own error is that of an undamped oscillation.
       const double rate = std::abs(s.real()) <= off && s.imag() > 0 ? 0 : s.real();
-      found.push_back({s.imag() / (2 * std::numbers::pi), 0.0 - rate / std::abs(s), rate, off, linear.normal(shape)});
+      found.push_back(
+          {s.imag() / (2 * std::numbers::pi), 0.0 - rate / std::abs(s), rate, off, of_laws, linear.normal(shape)});
     }
   }
   // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with the place, is of a

@@ -10,7 +10,7 @@ namespace subsoil::mbd::slope_test {
 namespace {
 
 Slope slope_of(double (*f)(double), double far = 1e-4) {
-  return slope_at_zero([f](double x) { return Eigen::VectorXd::Constant(1, f(x)); }, far);
+  return slope_at_zero([f](double x) { return Eigen::VectorXd::Constant(1, f(x)); }, far, 0);
 }
 
 // Analytic functions: rounding over the first step, 2e-16/1e-4, with what the extrapolation adds to it.
@@ -29,7 +29,7 @@ TEST(Slope, OfAContactOfAnyDepth) {
       const auto force = [&](double x) {
         return Eigen::VectorXd::Constant(1, depth + x > 0 ? 1e8 * std::pow(depth + x, n) : 0.0);
       };
-      const Slope s = slope_at_zero(force, 1e-4);
+      const Slope s = slope_at_zero(force, 1e-4, 0);
       const double exact = 1e8 * n * std::pow(depth, n - 1);
       EXPECT_NEAR(s.value[0], exact, 1e-9 * exact) << "n = " << n << ", depth " << depth;
       EXPECT_NEAR(s.value[0], exact, 10 * s.error[0] + 1e-11 * exact) << "n = " << n << ", depth " << depth;
@@ -46,7 +46,7 @@ TEST(Slope, SaysWhereThereIsNone) {
 // tanh of friction: 1/v over any regularisation speed v.
 TEST(Slope, OfSteepFriction) {
   for (const double v : {1e-2, 1e-5, 1e-9}) {
-    const Slope s = slope_at_zero([v](double x) { return Eigen::VectorXd::Constant(1, -std::tanh(x / v)); }, 1e-4);
+    const Slope s = slope_at_zero([v](double x) { return Eigen::VectorXd::Constant(1, -std::tanh(x / v)); }, 1e-4, 0);
     EXPECT_NEAR(s.value[0] * v, -1, 1e-9) << v;
   }
 }
@@ -63,10 +63,27 @@ TEST(Slope, ComponentsStandForThemselves) {
     out << 1e8 * std::max(0.0, 1e-7 + x), std::sin(x), 1e8 + 1e-3 * x - 1e8;
     return out;
   };
-  const Slope s = slope_at_zero(f, 1e-4);
+  const Slope s = slope_at_zero(f, 1e-4, 0);
   EXPECT_NEAR(s.value[0], 1e8, 1e-1);
   EXPECT_NEAR(s.value[1], 1, 1e-10);
   EXPECT_NEAR(s.value[2], 1e-3, 1e-3);
+}
+
+// An argument beside 1, whose rounding a step of 1e-16 does not change: differences of nought agree, and are no slope.
+TEST(Slope, StepsBelowTheRoundingOfTheArgumentDoNotCount) {
+  constexpr double eps = 0x1p-52;
+  const auto f = [](double x) {
+    const double moved = 1 + x;
+    Eigen::VectorXd out(3);
+    // The third never settles, so that steps shrink as far as they may.
+    out << 1e3 * (moved - 1), std::cbrt(moved), std::sqrt(std::abs(moved - 1)) * (moved > 1 ? 1 : -1);
+    return out;
+  };
+  const Slope s = slope_at_zero(f, 1e-4, eps);
+  EXPECT_NEAR(s.value[0], 1e3, 1e-7);
+  EXPECT_NEAR(s.value[1], 1.0 / 3, 1e-10);
+  EXPECT_LT(std::abs(s.value[1] - 1.0 / 3), 10 * s.error[1]);
+  EXPECT_GT(s.error[0], 0);
 }
 
 TEST(RoughSlope, ShortensItsStepBesideACorner) {
