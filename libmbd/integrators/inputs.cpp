@@ -195,6 +195,16 @@ void Inputs::append_window(double index) {
   times_.insert(times_.end(), times.begin(), times.end());
 }
 
+double Inputs::next_corner(double t, double until) const {
+  Corners corners;
+  for (const Function* f : functions_) append_corners(*f, t, until, corners);
+  corners.resolved.insert(corners.resolved.end(), corners.jumps.begin(), corners.jumps.end());
+  double next = until;
+  for (const double corner : corners.resolved)
+    if (corner > t + least_step(t) && corner < until - least_step(until)) next = std::min(next, corner);
+  return next;
+}
+
 bool Inputs::resolves(double t, double end) const {
   const double least = least_step(t);
   const auto begin = std::upper_bound(times_.begin(), times_.end(), t + least);

@@ -25,6 +25,8 @@ class Inputs {
   bool any() const { return !functions_.empty(); }
   /// Where a step from t that wants to be `planned` long has to end at the latest.
   double stop(double t, double planned);
+  /// The first corner of a ramp or a table in (t, until), `until` where there is none.
+  double next_corner(double t, double until) const;
   /// The first time after t at which a polynomial may turn; infinity: none does.
   double next_turn(double t) const;
 

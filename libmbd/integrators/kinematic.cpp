@@ -7,9 +7,10 @@
 namespace subsoil::mbd {
 
 namespace {
-constexpr int parts = 4;
 constexpr int most_halvings = 12;
-constexpr double boole[parts + 1] = {7. / 90, 32. / 90, 12. / 90, 32. / 90, 7. / 90};
+/// Gauss's rule on [0, 1]: points 1/2 -+ sqrt(15)/10.
+constexpr double gauss_points[3] = {0.11270166537925831, 0.5, 0.88729833462074169};
+constexpr double gauss_weights[3] = {5. / 18, 8. / 18, 5. / 18};
 }  // namespace
 
 std::string coordinate_name(const System& system, int coordinate) {
@@ -63,19 +64,27 @@ void Kinematic::follow(double to, int depth) {
   follow(to, depth + 1);
 }
 
-void Kinematic::on_advance(double h) {
-  const double begin = now_.t, end = clock_.end_of_step(now_.t, h, asked_end_), dt = h / parts;
-  flows_.of_elements += h * boole[0] * now_.rates;
-  for (int k = 1; k <= parts; ++k) {
+void Kinematic::advance_smoothly(double until) {
+  const double begin = now_.t, dt = until - begin;
+  const auto come_to = [&](double t) {
     try {
-      follow(k == parts ? end : begin + k * dt, 0);
+      follow(t, 0);
     } catch (const std::runtime_error&) {
       keep_end();  // rows up to there are read
       throw;
     }
     if (watches_switches() && finds_events()) update_contacts(), release_friction();
-    flows_.of_elements += h * boole[k] * now_.rates;
+  };
+  for (int k = 0; k < 3; ++k) {
+    come_to(begin + gauss_points[k] * dt);
+    flows_.of_elements += gauss_weights[k] * dt * now_.rates;
   }
+  come_to(until);
+}
+
+void Kinematic::on_advance(double h) {
+  const double end = clock_.end_of_step(now_.t, h, asked_end_);
+  while (now_.t < end) advance_smoothly(inputs_.next_corner(now_.t, end));
 }
 
 }  // namespace subsoil::mbd

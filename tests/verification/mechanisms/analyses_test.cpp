@@ -48,8 +48,25 @@ TEST(Kinematics, SliderCrankFollowsItsClosedFormWithItsTorque) {
     const test::SliderCrankTerms terms = test::slider_crank_terms(a);
     ASSERT_NEAR(machine.driver_force("motor"), 0.5 * terms.mass_slope * speed * speed + terms.weight, 1e-10);
   }
-  // Boole's rule in parts of 0.025 rad: (0.025)^6 of some joules.
+  // Gauss's rule of order 6 in steps of 0.1 rad: (0.1)^6/2000 of some joules.
   EXPECT_NEAR(machine.energy().balance(), 0, 1e-9);
+}
+
+// A sledge of 2 kg along a path of straight velocities: the driving force jumps at each corner, inside steps and at
+// their ends. Work is the change of the kinetic energy, the polynomial of a part being of degree 1: rounding.
+TEST(Kinematics, WorkOfADriverOverTheCornersOfATable) {
+  for (const double step : {0.01, 0.025, 0.0017}) {
+    Model m;
+    m.add({.name = "sledge", .mass = 2, .inertia = 0.02, .velocity = {0.3, 0, 0}});
+    m.add("rail", Translational{.body_a = ground, .body_b = 1});
+    const TableFunction path({0, 0.025, 0.05, 0.075, 0.1}, {0.3, -0.4, 0.5, 0.45, -0.35}, false, Between::linear);
+    m.add("motor", CoordinateDriver{.body = 1, .coordinate = Coordinate::x, .motion = {.velocity = path}});
+    Machine machine(m, {.integrator = IntegratorKind::kinematic});
+    machine.start_from_pose();
+    for (int i = 1; i * step < 0.1; ++i) machine.advance(step);
+    const double v = machine.body(1).v.x;
+    EXPECT_NEAR(machine.energy().driver_work, v * v - 0.3 * 0.3, 1e-14) << step;
+  }
 }
 
 // Three quarters of a turn between outputs: what Newton would make of that in one step is chance.
