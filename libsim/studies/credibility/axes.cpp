@@ -181,6 +181,7 @@ class AxisList {
     if (bed().fill == Fill::particles || bed().fill == Fill::file)
       return absent("packing", "the spheres of the bed are listed one by one");
     const bool lattice = bed().fill != Fill::random && bed().jitter == 0;
+    out_.base_is_packing = !lattice;
     for (long k = 1; k <= 3; ++k) {
       Axis a{fmt::format("packing {}", k),
              lattice ? fmt::format("the lattice shaken by {} of a radius, seed {}", packing_jitter, bed().seed + k)

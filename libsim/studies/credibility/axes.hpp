@@ -26,6 +26,7 @@ struct AbsentAxis {
 struct Axes {
   std::vector<Axis> axes;  ///< the first is the scenario as given
   std::vector<AbsentAxis> absent;
+  bool base_is_packing = false;  ///< the scenario as given is one of the packings: a random bed, or a shaken lattice
 };
 
 /// As given; half the step; twice the stiffness (all contacts, attraction as before); half the radius; twice the bin

@@ -5,27 +5,37 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libsim/base/student.hpp"
+
 namespace subsoil::sim {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-double scatter_of(const Axes& axes, const std::vector<PointResult>& results, std::size_t number) {
+/// Of a number over the packings.
+struct PackingScatter {
+  double deviation = none;  // standard deviation
+  double half_width = 0;    // of the 95 % interval of the difference of two runs
+};
+
+PackingScatter scatter_of(const Axes& axes, const std::vector<PointResult>& results, std::size_t number) {
   std::vector<double> values;
   for (std::size_t k = 0; k < axes.axes.size(); ++k)
-    if (axes.axes[k].packing && std::isfinite(results[k].value[number])) values.push_back(results[k].value[number]);
-  if (values.size() < 2) return none;
+    if ((axes.axes[k].packing || (k == 0 && axes.base_is_packing)) && std::isfinite(results[k].value[number]))
+      values.push_back(results[k].value[number]);
+  if (values.size() < 2) return {};
   const auto n = static_cast<double>(values.size());
   double mean = 0, squares = 0;
   for (const double v : values) mean += v / n;
   for (const double v : values) squares += (v - mean) * (v - mean);
-  return std::sqrt(squares / (n - 1));
+  const double s = std::sqrt(squares / (n - 1));
+  return {s, student_t(n - 1) * std::sqrt(2.0) * s};
 }
 
 double or_zero(double v) { return std::isfinite(v) ? v : 0; }
 
-Verdict verdict(const std::vector<PointResult>& results, std::size_t axis, std::size_t number, double scatter,
-                double tolerance) {
+Verdict verdict(const std::vector<PointResult>& results, std::size_t axis, std::size_t number,
+                const PackingScatter& scatter, double tolerance) {
   const PointResult &base = results[0], &other = results[axis];
   Verdict v{axis, number, base.value[number], other.value[number], none, none, Verdict::Kind::failed, {}};
   if (!std::isfinite(v.base) || !std::isfinite(v.changed) || v.base == 0) {
@@ -36,8 +46,8 @@ Verdict verdict(const std::vector<PointResult>& results, std::size_t axis, std::
   }
   v.change = (v.changed - v.base) / std::abs(v.base);
   // Packings scatter by what their records fluctuate, too; without them the record's own interval must do.
-  const double scattered = std::isfinite(scatter)
-                               ? 2 * std::sqrt(2.0) * scatter
+  const double scattered = std::isfinite(scatter.deviation)
+                               ? scatter.half_width
                                : std::hypot(or_zero(base.half_width[number]), or_zero(other.half_width[number]));
   v.uncertainty = scattered / std::abs(v.base);
   v.kind = std::abs(v.change) + v.uncertainty <= tolerance  ? Verdict::Kind::converged
@@ -87,10 +97,11 @@ Credibility judge(const Axes& axes, const Study& study, const std::vector<PointR
   Credibility c;
   c.warnings = warnings_of(axes, results);
   for (std::size_t n = 0; n < study.numbers.size(); ++n) {
-    c.packing_scatter.push_back(scatter_of(axes, results, n));
+    const PackingScatter scatter = scatter_of(axes, results, n);
+    c.packing_scatter.push_back(scatter.deviation);
     c.tolerance.push_back(tolerance);
     for (std::size_t k = 1; k < axes.axes.size(); ++k)
-      if (!axes.axes[k].packing) c.verdicts.push_back(verdict(results, k, n, c.packing_scatter.back(), tolerance));
+      if (!axes.axes[k].packing) c.verdicts.push_back(verdict(results, k, n, scatter, tolerance));
   }
   return c;
 }
@@ -131,8 +142,9 @@ std::vector<std::string> credibility_lines(const Axes& axes, const Study& study,
 Json credibility_json(const Axes& axes, const Study& study, const Credibility& c) {
   Json out;
   out["note"] = fmt::format(
-      "Each axis changes one thing that is not physics. Uncertainty of a change: twice the standard deviation over the "
-      "packings, of both runs (without packings the 95 % intervals of both means). Converged: change and uncertainty "
+      "Each axis changes one thing that is not physics. Uncertainty of a change: the 95 % interval by Student's t "
+      "from the standard deviation over the packings, of both runs (without packings the 95 % intervals of both "
+      "means). Converged: change and uncertainty "
       "together within {:.1f} %.",
       c.tolerance.empty() ? 0.0 : 100 * c.tolerance.front());
   out["rows"] = Json::array();

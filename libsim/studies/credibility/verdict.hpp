@@ -25,10 +25,10 @@ struct Credibility {
   std::vector<std::string> warnings;    ///< of the runs, each once with the runs that gave it
 };
 
-/// Change delta = (changed - base)/|base|, its uncertainty U = sqrt(2) 2 s/|base| with the standard deviation s over
-/// the packings (coverage factor 2, both runs scatter alike); fewer than two packings: U = sqrt(h_b^2 + h_c^2)/|base|
-/// with the half widths of the 95 % intervals of both means. Converged where |delta| + U <= tolerance, not converged
-/// where |delta| - U > tolerance, else inconclusive.
+/// Change delta = (changed - base)/|base|, its uncertainty U = sqrt(2) t s/|base| with the standard deviation s over
+/// n packings (Student's t of 95 % with n - 1 degrees of freedom, both runs scatter alike); fewer than two packings: U
+/// = sqrt(h_b^2 + h_c^2)/|base| with the half widths of the 95 % intervals of both means. Converged where |delta| + U
+/// <= tolerance, not converged where |delta| - U > tolerance, else inconclusive.
 Credibility judge(const Axes& axes, const Study& study, const std::vector<PointResult>& results, double tolerance);
 
 /// "draft 1402, +- 52 packing, +0.6 % step, +44 % stiffness: not converged in stiffness", a line per number, and the

@@ -186,7 +186,6 @@ PointResult result(double value, double half) {
   return r;
 }
 
-/// 1000 with packings 990, 1000, 1010 (s = 10): U = 2 sqrt(2) 10/1000 = 2.8 %.
 /// Where neither draft nor pull is watched, the means of what is: the last row of a record that swings is no number of
 /// the run.
 TEST(CredibilityNumbers, AreMeansOfEveryWatchWhereThereIsNoDraft) {
@@ -202,6 +201,7 @@ output: {monitor: {way: b.x, speed: b.vx}}
   for (const SweepNumber& n : numbers) EXPECT_EQ(n.take, SweepNumber::Take::mean) << n.name;
 }
 
+/// 1000 with packings 995, 1000, 1005 (s = 5, Student's t of two degrees of freedom 4.3027): U = 4.3027 sqrt(2) 5/1000.
 TEST(CredibilityVerdict, FollowsTheRule) {
   Axes axes;
   for (const char* name : {"as given", "step", "stiffness", "bin across", "radius"})
@@ -218,21 +218,25 @@ TEST(CredibilityVerdict, FollowsTheRule) {
                                    PointResult{}};
   results[4].end = PointResult::End::failed, results[4].cause = "overlap", results[4].value = {std::nan("")};
   results[4].half_width = {std::nan("")};
-  for (const double v : {990.0, 1000.0, 1010.0}) results.push_back(result(v, 10));
+  for (const double v : {995.0, 1000.0, 1005.0}) results.push_back(result(v, 10));
   const Credibility c = judge(axes, study, results, 0.05);
   ASSERT_EQ(c.verdicts.size(), 4U);
-  EXPECT_NEAR(c.packing_scatter[0], 10, 1e-12);
-  EXPECT_NEAR(c.verdicts[0].uncertainty, 2 * std::sqrt(2.0) * 0.01, 1e-12);
-  EXPECT_EQ(c.verdicts[0].kind, Verdict::Kind::converged);      // 0.6 + 2.8 % within 5 %
-  EXPECT_EQ(c.verdicts[1].kind, Verdict::Kind::not_converged);  // 44 - 2.8 % above
-  EXPECT_EQ(c.verdicts[2].kind, Verdict::Kind::not_told);       // 4 +- 2.8 %
+  EXPECT_NEAR(c.packing_scatter[0], 5, 1e-12);
+  EXPECT_NEAR(c.verdicts[0].uncertainty, 4.302652729911275 * std::sqrt(2.0) * 0.005, 1e-10);
+  EXPECT_EQ(c.verdicts[0].kind, Verdict::Kind::converged);      // 0.6 + 3.04 % within 5 %
+  EXPECT_EQ(c.verdicts[1].kind, Verdict::Kind::not_converged);  // 44 - 3.04 % above
+  EXPECT_EQ(c.verdicts[2].kind, Verdict::Kind::not_told);       // 4 +- 3.04 %
   EXPECT_EQ(c.verdicts[3].kind, Verdict::Kind::failed);
   const std::string line = credibility_lines(axes, study, c).front();
-  EXPECT_NE(line.find("draft 1000, +- 10 packing, +0.6 % step, +44.0 % stiffness"), std::string::npos) << line;
+  EXPECT_NE(line.find("draft 1000, +- 5 packing, +0.6 % step, +44.0 % stiffness"), std::string::npos) << line;
   EXPECT_NE(line.find(": not converged in stiffness, inconclusive in bin across"), std::string::npos) << line;
   EXPECT_NE(line.find("grid convergence index: step 1.8 %"), std::string::npos) << line;
+  // A random bed as given is a packing like the others: 1000 as well, three degrees of freedom.
+  axes.base_is_packing = true;
+  EXPECT_NEAR(judge(axes, study, results, 0.05).verdicts[0].uncertainty,
+              3.182446305284263 * std::sqrt(2.0) * std::sqrt(50.0 / 3) / 1000, 1e-10);
   // Without packings the records' own intervals: sqrt(10^2 + 10^2)/1000.
-  results.resize(5), axes.axes.resize(5);
+  results.resize(5), axes.axes.resize(5), axes.base_is_packing = false;
   EXPECT_NEAR(judge(axes, study, results, 0.05).verdicts[0].uncertainty, std::sqrt(200.0) / 1000, 1e-12);
 }
 
