@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libsim/base/student.hpp"
+
 namespace subsoil::sim {
 namespace {
 
 constexpr double block_rounding = 1e-9;  // of a block: of times that are summed up
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// Student's t of 95 %, two-sided; within 0.002 of the tables from 6 degrees of freedom on.
-double student(double freedom) { return 1.96 + 2.4 / freedom + 3 / (freedom * freedom); }
 
 }  // namespace
 
@@ -59,33 +58,39 @@ double BlockMean::interval() const {
     double centre = 0, sum = 0;
     for (const Block& b : level) centre += b.mean() / n;
     for (const Block& b : level) sum += (b.mean() - centre) * (b.mean() - centre);
-    const double width = student(n - 1) * std::sqrt(sum / (n * (n - 1)));
+    const double width = student_t(n - 1) * std::sqrt(sum / (n * (n - 1)));
     widest = std::isnan(widest) ? width : std::max(widest, width);
   }
   return widest;
 }
 
 BlockMean::Line BlockMean::line() const {
-  const std::vector<Block> level = longest();
+  std::vector<Block> level = longest();
   if (level.size() < least) return {nan, nan};
+  // What is left over behind whole blocks is a shorter one: a force may rise just there.
+  const double whole = level.front().duration;
+  Block rest{duration_, integral_};
+  for (const Block& b : level) rest.duration -= b.duration, rest.integral -= b.integral;
+  if (rest.duration > block_rounding * duration_) level.push_back(rest);
   const auto n = static_cast<double>(level.size());
-  double centre = 0, middle = 0, at = 0;
-  std::vector<double> times;
+  double centre = 0, middle = 0, weights = 0, at = 0;
+  std::vector<double> times, weight;
   for (const Block& b : level) {
-    times.push_back(at + b.duration / 2);
+    times.push_back(at + b.duration / 2), weight.push_back(b.duration / whole);
     at += b.duration;
-    middle += times.back() / n, centre += b.mean() / n;
+    weights += weight.back(), middle += weight.back() * times.back(), centre += weight.back() * b.mean();
   }
+  middle /= weights, centre /= weights;
   double xx = 0, xy = 0;
   for (std::size_t i = 0; i < level.size(); ++i) {
-    xx += (times[i] - middle) * (times[i] - middle);
-    xy += (times[i] - middle) * (level[i].mean() - centre);
+    xx += weight[i] * (times[i] - middle) * (times[i] - middle);
+    xy += weight[i] * (times[i] - middle) * (level[i].mean() - centre);
   }
   const double slope = xy / xx;
   double left = 0;
   for (std::size_t i = 0; i < level.size(); ++i)
-    left += std::pow(level[i].mean() - centre - slope * (times[i] - middle), 2);
-  return {slope * duration_, student(n - 2) * std::sqrt(left / (n - 2) / xx) * duration_};
+    left += weight[i] * std::pow(level[i].mean() - centre - slope * (times[i] - middle), 2);
+  return {slope * duration_, student_t(n - 2) * std::sqrt(left / (n - 2) / xx) * duration_};
 }
 
 double BlockMean::trend() const { return line().change; }

@@ -33,6 +33,15 @@ TEST(BlockMean, ShortSignalsAreNeitherSteadyNorNot) {
   EXPECT_EQ(steady_json(mean), false) << "a straight line";
 }
 
+/// What is left over behind whole blocks counts with its duration: of 13 values six blocks of two, and half a block.
+TEST(BlockMean, TheLineKnowsWhatIsLeftOver) {
+  BlockMean ramp, rise;
+  for (int k = 1; k <= 13; ++k) ramp.add(1, k), rise.add(1, k == 13 ? 13 : 0);
+  EXPECT_NEAR(ramp.trend(), 13, 1e-12);
+  // Middle 6.5; sum of w (t - 6.5)^2 = 71.5 + 6^2/2; sum of w (t - 6.5) v = 6 x 13/2.
+  EXPECT_NEAR(rise.trend(), 13 * 39 / 89.5, 1e-12);
+}
+
 /// Six periods are six blocks, whatever the step: none is lost because each ended within a step.
 TEST(BlockMean, WholePeriodsAreAsManyBlocks) {
   constexpr double period = 0.05;
