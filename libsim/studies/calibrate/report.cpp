@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "libsim/io/atomic_file.hpp"
@@ -40,6 +41,33 @@ std::string target_table(const Calibrated& c) {
                         (e.found[k] - t.value) / std::hypot(t.tolerance, e.error[k]));
   }
   return text;
+}
+
+/// Targets that the set misses, and parameters at an end of their range: then the intervals are not valid.
+std::string missed_text(const Plan& plan, const Calibrated& c) {
+  constexpr double missed = 3;  // deviations
+  std::string text;
+  const Evaluation& e = c.evaluations[c.nearest];
+  for (std::size_t k = 0; k < c.targets.size(); ++k) {
+    const PlanTarget& t = c.targets[k];
+    const double off = (e.found[k] - t.value) / std::hypot(t.tolerance, e.error[k]);
+    if (!(std::abs(off) > missed)) continue;
+    double least = e.found[k], largest = e.found[k];
+    for (const Evaluation& other : c.evaluations)
+      if (other.complete()) least = std::min(least, other.found[k]), largest = std::max(largest, other.found[k]);
+    const HandyUnit handy = handy_unit(t.unit, t.value);
+    text += fmt::format(
+        "\n**{} is missed by {:.1f} deviations.** Evaluations gave {:.4g} to {:.4g} {}, wanted is {:.4g}.\n", t.name(),
+        std::abs(off), least * handy.factor, largest * handy.factor, handy.unit, t.value * handy.factor);
+  }
+  if (text.empty()) return text;
+  text += "The 95 % intervals hold for a set that meets its targets; here they are not valid.";
+  std::string ends;
+  for (std::size_t k = 0; k < plan.parameters.size(); ++k)
+    if (const double u = c.u[static_cast<Eigen::Index>(k)]; u < 0.01 || u > 0.99)
+      ends += (ends.empty() ? "" : ", ") + plan.parameters[k].name;
+  if (!ends.empty()) text += fmt::format(" At an end of its range: {}; widen it.", ends);
+  return text + "\n";
 }
 
 std::string slope_table(const Plan& plan, const Calibrated& c) {
@@ -85,7 +113,8 @@ std::string blind_text(const Plan& plan, const Calibrated& c) {
                 : "\nFewer targets than parameters: the scaled slopes are singular.\n";
   if (blind)
     text +=
-        "\nA combination that is not determined moves the targets by less than their deviations over its whole range: along "
+        "\nA combination that is not determined moves the targets by less than their deviations over its whole range: "
+        "along "
         "it "
         "the set is one of many. Add a target that depends on it, lower the tolerances, or fix one of its "
         "parameters.\n";
@@ -109,7 +138,7 @@ std::string calibration_text(const Plan& plan, const Calibrated& c) {
          return digits;
        }()))
     text += "--set \"" + set + "\" ";
-  text += "\n\n## What was to be met\n\n" + target_table(c);
+  text += "\n\n## What was to be met\n\n" + target_table(c) + missed_text(plan, c);
   text += fmt::format("\nThe nearest evaluation is {:.1f} % of a range away.\n", 100 * c.distance);
   text += "\n## Sensitivities\n\nChange of each target, in its deviations, for a tenth of each range, at the set.\n\n" +
           slope_table(plan, c);
