@@ -56,6 +56,10 @@ FmuVariable parameter_of(const Node& document, const std::string& key) {
   const Node* const node = find_path(document, key);
   const std::string cure =
       "; name a key with one number, such as `machine.bodies.NAME.mass` or `contacts.soil-steel.mu`";
+  if (key.rfind("parameters.", 0) == 0)
+    throw std::invalid_argument("--parameter " + key +
+                                ": the FMU's scenario has its parameters put in; name the keys that take this one, "
+                                "each by a --parameter of its own");
   if (node == nullptr)
     throw std::invalid_argument("--parameter " + key + ": the scenario with all its defaults has no such key" + cure);
   std::size_t used = 0;

@@ -134,7 +134,7 @@ void refuse_changes(const std::vector<Difference>& found, const std::vector<std:
     if (d.kind == Difference::Kind::impossible)
       text += line + "the state holds what was made of it; start without --from to change it\n";
     else if (!asked)
-      text += line + "if the change is wished for, say --change " +
+      text += line + "if the change is wished for, give `subsoil run` --from and --change " +
               (d.key.find(' ') == std::string::npos ? d.key : "\"" + d.key + "\"") + "\n";
   }
   for (const std::string& w : wished)

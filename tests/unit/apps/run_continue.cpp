@@ -77,7 +77,7 @@ TEST_F(RunContinue, PhysicsChangesOnlyWhereItIsSaid) {
   const std::string mu = "contacts.soil-steel.mu=0.1";
   const std::string said = refusal({mu});
   EXPECT_NE(said.find("contacts.soil-steel.mu = 0.5, now 0.1"), std::string::npos) << said;
-  EXPECT_NE(said.find("say --change contacts.soil-steel.mu"), std::string::npos) << said;
+  EXPECT_NE(said.find("--from and --change contacts.soil-steel.mu"), std::string::npos) << said;
   EXPECT_EQ(refusal({mu}, {"contacts.soil-steel.mu"}), "");
   EXPECT_EQ(refusal({mu}, {"contacts"}), "") << "a section names all below it";
   EXPECT_NE(refusal({mu, "gravity=5 m/s^2"}, {"contacts"}).find("gravity"), std::string::npos);
