@@ -79,6 +79,7 @@ class RunLoop : private StepObserver {
 
   /// What fixed machine steps are estimated to err by.
   void write_step_error();
+  void warn_of_ground_contacts();
 
   void warn_of_machine_energy();
 
