@@ -536,10 +536,22 @@ bool Adaptive::creeps(double taken) const {
 void Adaptive::passage_step(double stop) {
   need_state();
   if (inputs_.any()) stop = std::min(stop, inputs_.stop(front_, Inputs::window));
-  next_flows_ = flows_.of_elements;
-  passage_.step(now_, stop, step_tolerance(), next_, next_flows_);
-  const double h = next_.t - now_.t;
-  const std::size_t event = stop_at_event(h);
+  // A step whose part up to an event does not converge is halved: it only just converged itself.
+  constexpr int most_halvings = 10;
+  double latest = stop, h = 0;
+  std::size_t event = switches_.count();
+  for (int halvings = 0;; ++halvings) {
+    next_flows_ = flows_.of_elements;
+    passage_.step(now_, latest, step_tolerance(), next_, next_flows_);
+    h = next_.t - now_.t;
+    try {
+      event = stop_at_event(h);
+      break;
+    } catch (const MotionFault&) {
+      if (halvings == most_halvings) throw;
+      latest = now_.t + 0.5 * h;
+    }
+  }
   passage_.accept();
   std::swap(now_, next_);
   flows_.of_elements = next_flows_;
