@@ -1,25 +1,13 @@
 #pragma once
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 
-/// The folder of a run's results: who may write into it, and what of an earlier run goes.
+/// The folder of a run's results: who may write into it.
 namespace subsoil::sim {
 
 /// Throws ScenarioError unless results may go there: it can be made, or is empty, or `force` is given.
 void refuse_folder(const std::filesystem::path& folder, bool force);
-
-/// Takes away what a run writes, and nothing else: series, summary, frames, states, checkpoints, parts of files. The
-/// scenario stays until the new one takes its place.
-/// @param keep a state that the new run starts from
-void remove_results(const std::filesystem::path& folder, const std::filesystem::path& keep);
-
-/// Takes away states, checkpoints and frames. States go before the frames that they continue, names of files before the
-/// files, so that what a kill leaves can be read and resumed.
-/// @param is_kept whether a state stays; none where it is empty
-void remove_frames_and_states(const std::filesystem::path& folder,
-                              const std::function<bool(const std::filesystem::path&)>& is_kept = {});
 
 /// Keeps a second run out of a folder for as long as it lives, by a lock of the system on DIR/run.lock, which goes with
 /// the process however it ends. The file has room that a summary may take when the disk is full.

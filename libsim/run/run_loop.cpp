@@ -12,6 +12,7 @@
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/io/disk.hpp"
+#include "libsim/io/old_results.hpp"
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/continuation.hpp"
 #include "libsim/run/input_report.hpp"

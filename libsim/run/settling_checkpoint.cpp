@@ -7,9 +7,9 @@
 #include "libsim/base/version.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/bed_state_file.hpp"
+#include "libsim/io/old_results.hpp"
 #include "libsim/io/state_file.hpp"
 #include "libsim/run/continuation.hpp"
-#include "libsim/run/output_folder.hpp"
 
 namespace subsoil::sim {
 namespace {

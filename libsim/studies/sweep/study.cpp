@@ -12,8 +12,8 @@
 #include "libsim/base/live_line.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
+#include "libsim/io/old_results.hpp"
 #include "libsim/post/run_folder.hpp"
-#include "libsim/run/output_folder.hpp"
 #include "libsim/scenario/load.hpp"
 
 namespace subsoil::sim {
