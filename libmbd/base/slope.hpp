@@ -21,10 +21,10 @@ struct Slope {
 /// Where f has a corner at 0 itself the value is the mean of both sides, and the error is half their difference.
 /// An error is at least what the last two corners and the rounding of f and of its argument leave of it, so that two
 /// differences that agree by chance do not count, nor those of a step that the argument does not feel.
-/// @param resolution rounding of the argument: 2^-52 of the size of what is shifted; steps below 1e4 of it are not
-/// taken Components are taken to be of comparable size: one is settled where its error is 1e-10 of it, or where
-/// rounding grows in it and it is below 1e-6 of the maximum. Source: Ridders 1982, Adv. Eng. Software 4, 75; the bend
-/// is ours.
+/// Components are taken to be of comparable size: one is settled where its error is 1e-10 of it, or where rounding
+/// grows in it and it is below 1e-6 of the maximum.
+/// Source: Ridders 1982, Adv. Eng. Software 4, 75; the bend is ours.
+/// @param resolution rounding of the argument: 2^-52 of the size of what is shifted; no step is below 1e4 of it
 Slope slope_at_zero(const Curve1& f, double far, double resolution);
 
 /// The same to a few digits for Newton's method: one difference of both sides at `step`, shortened by tens while the

@@ -40,8 +40,10 @@ struct Mode {
   double damping = 0;    ///< ratio: -real part over modulus; 0 for a zero eigenvalue
   double rate = 0;       ///< real part (1/s)
   double error = 0;      ///< estimate of the error of the eigenvalue (1/s): a bound, all roundings of one sign
-  /// Its share from laws that change at the very state, as a contact that just touches (1/s); the rest is rounding.
+  /// Of it what comes from laws that change at the very state, as a contact that just touches (1/s).
   double error_of_laws = 0;
+  /// Standard deviation from rounding, whose signs are independent of each other (1/s); below its bound in `error`.
+  double rounding = 0;
   /// Of all coordinates, dependent ones too; the maximum entry (angles times the machine's length) is 1 m or rad and
   /// real. Empty for a coordinate that nothing holds.
   Eigen::VectorXcd shape;

@@ -214,17 +214,22 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     const double known = y_size * rounding * x_size, of_laws = y_size * undetermined * x_size, off = known + of_laws;
     const Eigen::VectorXcd p = d.head(f).asDiagonal() * right.col(i).head(f);
     const Eigen::VectorXcd shape = linear.directions().cast<std::complex<double>>() * p;
+    const double scatter = std::sqrt(y_size.cwiseAbs2() * rounding.cwiseAbs2() * x_size.cwiseAbs2());
     // Without what is not determined it would be no zero, within the errors that are left.
     if (std::abs(s) <= certain * off && std::abs(s) > certain * known) {
       if (s.imag() < 0) continue;
-      found.push_back({.error = off, .error_of_laws = of_laws, .shape = linear.normal(shape), .undetermined = true});
+      found.push_back({.error = off,
+                       .error_of_laws = of_laws,
+                       .rounding = scatter,
+                       .shape = linear.normal(shape),
+                       .undetermined = true});
     } else if (std::abs(s) <= certain * off || s == 0.0) {
       zeros.push_back(i);
     } else if (s.imag() >= 0) {
       // A real part within its own error is that of an undamped oscillation.
       const double rate = std::abs(s.real()) <= off && s.imag() > 0 ? 0 : s.real();
-      found.push_back(
-          {s.imag() / (2 * std::numbers::pi), 0.0 - rate / std::abs(s), rate, off, of_laws, linear.normal(shape)});
+      found.push_back({s.imag() / (2 * std::numbers::pi), 0.0 - rate / std::abs(s), rate, off, of_laws, scatter,
+                       linear.normal(shape)});
     }
   }
   // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with the place, is of a

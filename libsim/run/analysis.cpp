@@ -254,7 +254,6 @@ void warn_of_undetermined(const mbd::Machine& machine, const std::vector<mbd::Mo
 /// Modes at a corner of a law, which has two stiffnesses there, and those that rounding hides.
 void warn_of_uncertain(const std::vector<mbd::Mode>& modes) {
   constexpr double share = 1e-3;
-  constexpr double bound = 100;  // roundings of both signs leave a hundredth of their bound in machines of many bodies
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const mbd::Mode& m = modes[i];
     const double size = std::hypot(2 * std::numbers::pi * m.frequency, m.rate);
@@ -262,14 +261,13 @@ void warn_of_uncertain(const std::vector<mbd::Mode>& modes) {
     if (m.error_of_laws > share * size)
       spdlog::warn(
           "warning: mode {} is known to +-{:.2g} of itself only: a contact, stop or friction changes its law at the "
-          "very "
-          "state that was found, and has two stiffnesses there; load it a little, or take it away",
+          "very state that was found, and has two stiffnesses there; load it a little, or take it away",
           i + 1, m.error_of_laws / size);
-    else if (m.error > bound * share * size)
+    else if (m.rounding > share * size)
       spdlog::warn(
-          "warning: mode {} is known to +-{:.2g} of itself at worst: stiffnesses of the machine are so different that "
+          "warning: mode {} is known to +-{:.2g} of itself only: stiffnesses of the machine are so different that "
           "rounding in the largest one hides it; make the stiffest parts rigid, or divide beams into fewer elements",
-          i + 1, m.error / size);
+          i + 1, m.rounding / size);
   }
 }
 

@@ -77,8 +77,7 @@ void RunLoop::warn_of_ground_contacts() {
       continue;
     summary_->warn(fmt::format(
         "{}: body and follower meet for {:.2g} s, {:.2g} machine steps of {:.2g} s, and no estimate sees the error of "
-        "that; "
-        "{}",
+        "that; {}",
         force.name, ground->contact_time, ground->contact_time / world_.step.machine_step, world_.step.machine_step,
         world_.bed ? finer_machine(s_, world_)
                    : fmt::format("take `time.machine.step` of {:.2g} s at most, or leave out {}",
