@@ -119,8 +119,9 @@ def in_vector(name, table):
 
 
 # Least size of a unit: of bodies that do not turn, angles and moments are rounding, some 1e-15, and so are speeds of one
-# at rest. Its acceleration is what forces of some N leave unbalanced: coordinates of 1 km are rounded to 1e-13 m.
-LEAST = {"rad": 1e-8, "rad/s": 1e-8, "rad/s^2": 1e-3, "N": 1e-6, "N m": 1e-6, "m/s": 1e-8, "m/s^2": 1e-3}
+# at rest. Its acceleration is what forces of some N leave unbalanced: coordinates of 1 km are rounded to 1e-13 m. The
+# power is that of a damper of 1 N m s at a speed that the integrator's tolerance leaves of 10 rad/s.
+LEAST = {"rad": 1e-8, "rad/s": 1e-8, "rad/s^2": 1e-3, "N": 1e-6, "N m": 1e-6, "m/s": 1e-8, "m/s^2": 1e-3, "W": 1e-10}
 
 
 # Of a mirrored run these keep their sign.
@@ -137,13 +138,14 @@ def scales(table, units):
     return {name: max(by_unit[units.get(name)], LEAST.get(units.get(name), 0.0)) for name in table}
 
 
-def differences(first, second, units, view=None, shape_only=()):
+def differences(first, second, units, view=None, shape_only=(), whole=None):
     """Largest difference of every column as a share of the size of its unit: {name: share}.
 
     Under rotation a column that is no component of a world vector keeps its value; under a mirror it keeps it or changes
     its sign, the same in all rows, unless it is known to keep it. Energies that count from a height are compared as changes.
+    Where `first` is a part of the rows of a run, `whole` has all of them, and sizes are theirs.
     """
-    sizes = scales(first, units)
+    sizes = scales(whole or first, units)
     answer = {}
     mirrored = view is not None and (view.mirror_x or view.mirror_z)
     for name, a in first.items():

@@ -19,7 +19,9 @@ def mutated(tree, seed):
         shown = "/".join(p.text if isinstance(p, Name) else str(p) for p in path)
         if isinstance(value, Quantity):
             way = rng.choice(["extreme", "extreme", "scaled", "equal", "unit", "short"])
-            if way == "extreme":
+            if not value.values:  # shortened to nothing before
+                new = value
+            elif way == "extreme":
                 k = rng.randrange(len(value.values))
                 new = Quantity(tuple(rng.choice(EXTREMES) if i == k else x for i, x in enumerate(value.values)), value.unit)
             elif way == "scaled":

@@ -208,7 +208,7 @@ def continuation(case):
         a, b = ({k: v[1:] for k, v in t.items()} for t in (a, b))
     skip = set()
     if "soil" not in case.tree:  # the integrator starts again, so the motion agrees to its tolerance
-        sizes = compare.differences(a, b, first.units)
+        sizes = compare.differences(a, b, first.units, whole=first.table())  # as those of the response are
         response = case.response()
         return [f"{n} from a state differs by {s:.3g} of its size" for n, s in sizes.items()
                 if s > max(case.floor, 10 * response.get(n, 0))][:3]
