@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libsim/base/student.hpp"
+#include "libsim/base/replicates.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -54,11 +54,9 @@ double BlockMean::mean() const { return duration_ > 0 ? integral_ / duration_ : 
 double BlockMean::interval() const {
   double widest = nan;
   for (std::vector<Block> level = blocks_; level.size() >= least; level = merged(level)) {
-    const auto n = static_cast<double>(level.size());
-    double centre = 0, sum = 0;
-    for (const Block& b : level) centre += b.mean() / n;
-    for (const Block& b : level) sum += (b.mean() - centre) * (b.mean() - centre);
-    const double width = student_t(n - 1) * std::sqrt(sum / (n * (n - 1)));
+    std::vector<double> means;
+    for (const Block& b : level) means.push_back(b.mean());
+    const double width = Replicates(means).half_width();
     widest = std::isnan(widest) ? width : std::max(widest, width);
   }
   return widest;

@@ -98,9 +98,9 @@ class Calibrator {
         const Findings found = run_test(tests, word, threads_);
         for (std::size_t k = 0; k < plan_.targets.size(); ++k) {
           if (plan_.targets[k].test != word) continue;
-          const Number& n = found.number(plan_.targets[k].number);
-          e.found[k] = n.mean();
-          e.error[k] = n.values.size() < 2 ? 0 : n.deviation() / std::sqrt(static_cast<double>(n.values.size()));
+          const Replicates over = found.number(plan_.targets[k].number).replicates();
+          e.found[k] = over.mean;
+          e.error[k] = over.count < 2 ? 0 : over.standard_error();
         }
       } catch (const std::runtime_error& error) {
         e.failure = error.what();

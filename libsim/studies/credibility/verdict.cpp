@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libsim/base/student.hpp"
+#include "libsim/base/replicates.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -24,12 +24,9 @@ PackingScatter scatter_of(const Axes& axes, const std::vector<PointResult>& resu
     if ((axes.axes[k].packing || (k == 0 && axes.base_is_packing)) && std::isfinite(results[k].value[number]))
       values.push_back(results[k].value[number]);
   if (values.size() < 2) return {};
-  const auto n = static_cast<double>(values.size());
-  double mean = 0, squares = 0;
-  for (const double v : values) mean += v / n;
-  for (const double v : values) squares += (v - mean) * (v - mean);
-  const double s = std::sqrt(squares / (n - 1));
-  return {s, student_t(n - 1) * std::sqrt(2.0) * s};
+  const Replicates over(values);
+  const double s = over.deviation();
+  return {s, student_t(static_cast<double>(over.count - 1)) * std::sqrt(2.0) * s};
 }
 
 double or_zero(double v) { return std::isfinite(v) ? v : 0; }

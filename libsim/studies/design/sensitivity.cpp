@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libmbd/base/dense.hpp"
-#include "libsim/base/student.hpp"
+#include "libsim/base/replicates.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/keys/ranges.hpp"

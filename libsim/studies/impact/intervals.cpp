@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "libmbd/base/dense.hpp"
-#include "libsim/base/student.hpp"
+#include "libsim/base/replicates.hpp"
 
 namespace subsoil::sim {
 

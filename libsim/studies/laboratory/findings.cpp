@@ -6,7 +6,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "libsim/base/student.hpp"
 #include "libsim/document/document.hpp"
 
 namespace subsoil::sim {
@@ -16,24 +15,6 @@ std::vector<double> SpecimenCurve::column(std::size_t k, double factor) const {
   out.reserve(rows.size());
   for (const std::vector<double>& row : rows) out.push_back(row[k] * factor);
   return out;
-}
-
-double Number::mean() const {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double Number::deviation() const {
-  if (values.size() < 2) return std::numeric_limits<double>::quiet_NaN();
-  const double middle = mean();
-  double sum = 0;
-  for (const double v : values) sum += (v - middle) * (v - middle);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
-double Number::error() const {
-  const auto n = static_cast<double>(values.size());
-  if (values.size() < 2) return std::numeric_limits<double>::quiet_NaN();
-  return student_t(n - 1) * deviation() / std::sqrt(n);
 }
 
 const Number& Findings::number(const std::string& name) const {

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "libsim/base/replicates.hpp"
 #include "libsim/io/series.hpp"
 #include "libsim/plot/chart.hpp"
 
@@ -27,10 +28,8 @@ struct Number {
   std::string name, unit;
   std::vector<double> values;
 
-  double mean() const;
-  double deviation() const;  ///< standard deviation over packings; NaN of one
-  /// Half of the 95 % interval of the mean by Student's t over packings; NaN of one.
-  double error() const;
+  Replicates replicates() const { return Replicates(values); }
+  double mean() const { return replicates().mean; }
 };
 
 struct NamedChart {

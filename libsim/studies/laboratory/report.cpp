@@ -36,9 +36,10 @@ std::string findings_table(const Findings& found) {
   std::string text =
       fmt::format("{:<28} {:>11} {:>11} {:>11}   per packing\n", found.test, "mean", "+- 95 %", "spread");
   for (const Number& n : found.numbers) {
-    const HandyUnit handy = handy_unit(n.unit, n.mean());
-    text += fmt::format("{:<28} {:>11.4g} {:>11} {:>11}  ", n.name + " [" + handy.unit + "]", n.mean() * handy.factor,
-                        known(n.error() * handy.factor), known(n.deviation() * handy.factor));
+    const Replicates over = n.replicates();
+    const HandyUnit handy = handy_unit(n.unit, over.mean);
+    text += fmt::format("{:<28} {:>11.4g} {:>11} {:>11}  ", n.name + " [" + handy.unit + "]", over.mean * handy.factor,
+                        known(over.half_width() * handy.factor), known(over.deviation() * handy.factor));
     for (const double v : n.values) text += fmt::format(" {:.4g}", v * handy.factor);
     text += '\n';
   }
@@ -52,8 +53,9 @@ void write_findings(const Findings& found, const std::filesystem::path& folder, 
   const std::size_t packings = found.numbers.empty() ? 0 : found.numbers.front().values.size();
   for (std::size_t p = 0; p < packings; ++p) table += fmt::format(",packing {}", p + 1);
   for (const Number& n : found.numbers) {
-    table += fmt::format("\n{},{},{},{},{}", n.name, n.unit, csv_number(n.mean()), csv_number(n.error()),
-                         csv_number(n.deviation()));
+    const Replicates over = n.replicates();
+    table += fmt::format("\n{},{},{},{},{}", n.name, n.unit, csv_number(over.mean), csv_number(over.half_width()),
+                         csv_number(over.deviation()));
     for (const double v : n.values) table += fmt::format(",{}", csv_number(v));
   }
   write_atomically(folder / (found.test + ".csv"), table + "\n");

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "libmbd/base/dense.hpp"
-#include "libsim/base/student.hpp"
+#include "libsim/base/replicates.hpp"
 #include "libsim/post/statistics.hpp"
 
 namespace subsoil::sim {
@@ -37,12 +37,8 @@ std::vector<LevelMean> levels(const Study& study, const std::vector<PointResult>
   }
   if (out.size() == points.size() && points.size() > 8) return {};  // a Latin hypercube: no two share a value
   for (std::size_t l = 0; l < out.size(); ++l) {
-    const auto n = static_cast<double>(values[l].size());
-    double squares = 0;
-    for (const double v : values[l]) out[l].mean += v / n;
-    for (const double v : values[l]) squares += (v - out[l].mean) * (v - out[l].mean);
-    out[l].count = values[l].size();
-    out[l].half_width = n > 1 ? student_t(n - 1) * std::sqrt(squares / (n - 1) / n) : no_interval;
+    const Replicates over(values[l]);
+    out[l].count = over.count, out[l].mean = over.mean, out[l].half_width = over.half_width();
   }
   return out;
 }
@@ -101,11 +97,9 @@ std::optional<Scatter> scatter(const Study& study, const std::vector<PointResult
   Scatter out;
   double squares = 0;
   for (const auto& [others, values] : settings) {
-    const auto n = static_cast<double>(values.size());
-    out.mean = 0;
-    for (const double v : values) out.mean += v / n;
-    for (const double v : values) squares += (v - out.mean) * (v - out.mean);
-    out.packings += values.size(), ++out.settings;
+    const Replicates over(values);
+    out.mean = over.mean, squares += over.squares;
+    out.packings += over.count, ++out.settings;
   }
   if (out.packings < out.settings + 1) return {};
   const auto free = static_cast<double>(out.packings - out.settings);

@@ -65,7 +65,7 @@ TEST(LaboratoryTest, RobustLineKnowsNoSlopeBetweenPointsAtOnePlace) {
 TEST(LaboratoryTest, ErrorOfThreePackingsIsStudents) {
   const Number n{"x", "1", {1, 2, 4}};
   // Table of Student's t: 4.3027 for 2 degrees of freedom at 95 %; deviation sqrt(7/3).
-  EXPECT_NEAR(n.error(), 4.3027 * std::sqrt(7.0 / 3) / std::sqrt(3.0), 1e-4);
+  EXPECT_NEAR(n.replicates().half_width(), 4.3027 * std::sqrt(7.0 / 3) / std::sqrt(3.0), 1e-4);
 }
 
 constexpr int lattice_side = 3, lattice_rows = 4;

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "libsim/base/student.hpp"
+#include "libsim/base/replicates.hpp"
 #include "libsim/post/statistics.hpp"
 #include "libsim/report/draft_models.hpp"
 #include "libsim/report/numbers.hpp"
