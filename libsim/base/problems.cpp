@@ -17,6 +17,7 @@ void Problems::add(const Place& place, const std::string& path, const std::strin
   found_.emplace_back(place, fmt::format("{} {}: {}", place.text(), path, rule));
 }
 void Problems::add(const Place& place, const std::string& path, const std::string& value, const std::string& rule) {
+  if (value.empty()) return add(place, path, rule);
   found_.emplace_back(place, fmt::format("{} {} = {}: {}", place.text(), path, value, rule));
 }
 

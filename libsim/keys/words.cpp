@@ -65,6 +65,39 @@ class Name final : public PlainText {
   }
 };
 
+const char* name_of(Family family) {
+  switch (family) {
+    case Family::material:
+      return "name of a material";
+    case Family::body:
+      return "name of a body";
+    case Family::joint:
+      return "name of a joint";
+    case Family::driver:
+      return "name of a driver";
+    case Family::force:
+      return "name of a force";
+  }
+  return "name";
+}
+
+void refuse_empty(const std::string& name, Family family) {
+  if (name.empty()) throw Refusal(fmt::format("is empty; give the {}", name_of(family)));
+}
+
+/// The name of what is declared elsewhere.
+class Reference final : public PlainText {
+ public:
+  Reference(std::string& value, Family family) : PlainText(value, name_of(family)), family_(family) {}
+  void read(const Node& node, const ReadScope&) override {
+    value_ = scalar_of(node);
+    refuse_empty(value_, family_);
+  }
+
+ private:
+  Family family_;
+};
+
 /// A file beside the scenario, as an absolute path.
 class FileName final : public PlainText {
  public:
@@ -129,22 +162,6 @@ class Chosen final : public Value {
   Assign assign_;
 };
 
-const char* name_of(Family family) {
-  switch (family) {
-    case Family::material:
-      return "name of a material";
-    case Family::body:
-      return "name of a body";
-    case Family::joint:
-      return "name of a joint";
-    case Family::driver:
-      return "name of a driver";
-    case Family::force:
-      return "name of a force";
-  }
-  return "name";
-}
-
 class Pair final : public Value {
  public:
   Pair(std::array<std::string, 2>& value, Family family) : value_(value), family_(family) {}
@@ -152,6 +169,7 @@ class Pair final : public Value {
     if (node.kind != Node::Kind::sequence || node.items.size() != 2)
       throw Refusal("must be two names, such as [soil, steel]");
     value_ = {scalar_of(node.items[0]), scalar_of(node.items[1])};
+    for (const std::string& name : value_) refuse_empty(name, family_);
   }
   Node print(const PrintScope&) const override { return value_[0].empty() ? Node{} : sequence({value_[0], value_[1]}); }
   std::string what() const override { return fmt::format("[{0}, {0}]", name_of(family_)); }
@@ -206,12 +224,12 @@ void Fields::output_file(const char* key, std::string& value, Text meaning) {
 }
 
 void Fields::reference(const char* key, std::string& value, Family family, Text meaning) {
-  PlainText name(value, name_of(family));
+  Reference name(value, family);
   visit_value({key, meaning, true}, name);
 }
 
 void Fields::optional_reference(const char* key, std::string& value, Family family, Text meaning) {
-  PlainText name(value, name_of(family));
+  Reference name(value, family);
   visit_value({key, meaning}, name);
 }
 

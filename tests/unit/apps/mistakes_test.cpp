@@ -61,6 +61,17 @@ TEST(Mistakes, ABedThatSettlesNeedsAFloor) {
       {"soil.container.open=[-y]", "soil.bed={fill: lattice, material: clay, radius: 10 mm}", "boundaries=[]"}));
 }
 
+/// A reference without a name has the place of its key, as one to something that is not declared.
+TEST(Mistakes, AnEmptyReferenceIsRefusedAtItsKey) {
+  for (const char* key : {"soil.container.material", "soil.bed.material", "boundaries[0].material"}) {
+    const std::string said = refusal({fmt::format("{}=''", key)});
+    EXPECT_NE(said.find(fmt::format("{}: is empty; give the name of a material", key)), std::string::npos) << said;
+  }
+  const std::string pair = refusal({"contacts[0].between=[clay, '']"});
+  EXPECT_NE(pair.find("contacts[0].between"), std::string::npos) << pair;
+  EXPECT_NE(pair.find("is empty"), std::string::npos) << pair;
+}
+
 /// A column that is not there is refused before the bed settles, which may take minutes.
 TEST(Mistakes, AWatchOfNothingIsRefusedBeforeTheBedSettles) {
   const RunDirectory dir;
