@@ -248,12 +248,14 @@ void Adaptive::stop_at_hidden_contact(double begin) {
   read(front_);  // at the end of a step no projection is needed to say how wide gaps are
   now_.t = front_;
   sample_gaps(step_end_);
+  const double length = system_.length_scale();
+  const WaysOfPieces ways{1e-4 * length, 1e-9 * length + 1e-12 * now_.q.cwiseAbs().maxCoeff()};
   for (GapSample end = step_end_;;) {
     // One that closes at the end is open until there: a root's far side is negative by rounding.
     for (std::size_t i = 0; i < end.gaps.size(); ++i)
       if (switches_.side(i) > 0) end.gaps[i] = std::max(end.gaps[i], 0.0);
-    const auto found = find_hidden_contact(switches_, system_.length_scale(), step_begin_, end, look);
-    if (!found) break;
+    const auto found = find_hidden_contact(switches_, ways, step_begin_, end, look);
+    if (!found || !(found->closed < end.t)) break;
     const auto at = [&](double share) { return found->open + share * (found->closed - found->open); };
     const auto gap = [&](double share) {
       GapSample sample{.t = at(share)};

@@ -8,42 +8,58 @@ namespace subsoil::mbd {
 
 namespace {
 
-constexpr double least_way = 1e-4;  // of a piece, over the machine's length
-constexpr int most_levels = 10;
+constexpr std::size_t most_looks = 1024, isolated = 8;
 // Speeds are looked at where samples are: between them they may be higher by some.
 constexpr double faster_between = 1.5;
 
-struct Search {
-  const Switches& switches;
-  double least;  // way of a piece, m
-  const std::function<void(GapSample&)>& look;
-
-  bool may_close(const GapSample& a, const GapSample& b) const {
-    for (std::size_t i = 0; i < a.gaps.size(); ++i) {
-      if (!(a.gaps[i] >= 0 && b.gaps[i] >= 0) || switches.side(i) < 0) continue;
-      const double way = faster_between * std::max(a.speeds[i], b.speeds[i]) * (b.t - a.t);
-      if (way > least && a.gaps[i] + b.gaps[i] < way) return true;
-    }
-    return false;
-  }
-
-  std::optional<HiddenContact> between(const GapSample& a, const GapSample& b, int level) const {
-    if (level == most_levels || !may_close(a, b)) return {};
-    GapSample middle{.t = 0.5 * (a.t + b.t)};
-    look(middle);
-    if (const auto earlier = between(a, middle, level + 1)) return earlier;
-    for (std::size_t i = 0; i < a.gaps.size(); ++i)
-      if (switches.side(i) > 0 && middle.speeds[i] > 0 && a.gaps[i] > 0 && middle.gaps[i] < 0 && b.gaps[i] >= 0)
-        return HiddenContact{i, a.t, middle.t};
-    return between(middle, b, level + 1);
-  }
+struct Piece {
+  GapSample begin, end;
 };
+
+/// Up to which way the bodies move against each other in a piece in which a contact may close; 0: none may.
+double way_to_close(const Switches& switches, const Piece& p) {
+  double out = 0;
+  for (std::size_t i = 0; i < p.begin.gaps.size(); ++i) {
+    const double a = p.begin.gaps[i], b = p.end.gaps[i];
+    if (!(a >= 0 && b >= 0) || switches.side(i) < 0) continue;
+    const double way = faster_between * std::max(p.begin.speeds[i], p.end.speeds[i]) * (p.end.t - p.begin.t);
+    if (a + b < way) out = std::max(out, way);
+  }
+  return out;
+}
+
+std::optional<HiddenContact> closed_in(const Switches& switches, const Piece& p, const GapSample& middle) {
+  for (std::size_t i = 0; i < middle.gaps.size(); ++i)
+    if (switches.side(i) > 0 && middle.speeds[i] > 0 && p.begin.gaps[i] > 0 && middle.gaps[i] < 0 && p.end.gaps[i] >= 0)
+      return HiddenContact{i, p.begin.t, middle.t};
+  return {};
+}
 
 }  // namespace
 
-std::optional<HiddenContact> find_hidden_contact(const Switches& switches, double length_scale, const GapSample& begin,
-                                                 const GapSample& end, const std::function<void(GapSample&)>& look) {
-  return Search{switches, least_way * length_scale, look}.between(begin, end, 0);
+std::optional<HiddenContact> find_hidden_contact(const Switches& switches, const WaysOfPieces& ways,
+                                                 const GapSample& begin, const GapSample& end,
+                                                 const std::function<void(GapSample&)>& look) {
+  std::vector<Piece> pieces{{begin, end}}, halves;
+  for (std::size_t looks = 0;; looks += pieces.size()) {
+    double widest = 0;
+    std::erase_if(pieces, [&](const Piece& p) {
+      const double way = way_to_close(switches, p);
+      widest = std::max(widest, way);
+      return !(way > ways.finest) || !(p.begin.t < 0.5 * (p.begin.t + p.end.t));
+    });
+    const bool goes_on = pieces.size() <= isolated || (looks < most_looks && widest > ways.minimum);
+    if (pieces.empty() || !goes_on) return {};
+    halves.clear();
+    for (Piece& p : pieces) {
+      GapSample middle{.t = 0.5 * (p.begin.t + p.end.t)};
+      look(middle);
+      if (const auto found = closed_in(switches, p, middle)) return found;
+      halves.push_back({std::move(p.begin), middle});
+      halves.push_back({std::move(middle), std::move(p.end)});
+    }
+    pieces.swap(halves);
+  }
 }
 
 Minimum find_minimum(const std::function<double(double)>& g, double low, double high, double width, double enough) {

@@ -16,6 +16,12 @@ struct GapSample {
   std::vector<double> gaps{}, speeds{};
 };
 
+/// By which bodies move against each other in the shortest pieces of a step that are bisected (m): of many pieces,
+/// and of few, which is above the rounding of places.
+struct WaysOfPieces {
+  double minimum, finest;
+};
+
 struct HiddenContact {
   std::size_t which;    ///< of the switching functions
   double open, closed;  ///< times, between which it closed first
@@ -27,12 +33,15 @@ struct HiddenContact {
 ///
 /// With V a bound on how fast a gap g changes, it cannot close between two times a < b while
 ///   g(a) + g(b) > V (b - a)
-/// Where this does not hold the middle is looked at, and both halves likewise, ten times over at the most or down to
-/// pieces in which the bodies move against each other by 1e-4 of the machine's length: what is passed over touches for
-/// less.
+/// Where this does not hold the middle is evaluated, and both halves likewise, all pieces of a level before the next
+/// level. About an isolated minimum of a gap only few pieces remain: these are halved down to the finest way, however
+/// long the step is. Where many remain (surfaces that pass each other closely for long) the search ends at pieces of
+/// the minimum way, or after 1024 evaluations: what is passed over touches for less. One that closes earlier than the
+/// one found may be left, where both close in the same level.
 /// @param look fills gaps and speeds at the sample's time
-std::optional<HiddenContact> find_hidden_contact(const Switches& switches, double length_scale, const GapSample& begin,
-                                                 const GapSample& end, const std::function<void(GapSample&)>& look);
+std::optional<HiddenContact> find_hidden_contact(const Switches& switches, const WaysOfPieces& ways,
+                                                 const GapSample& begin, const GapSample& end,
+                                                 const std::function<void(GapSample&)>& look);
 
 struct Minimum {
   double at, value;

@@ -134,6 +134,32 @@ TEST_P(HiddenContacts, APinTouchesItsSlotWhereTheClearanceEnds) {
 }
 
 // What passes beside a peg touches nothing, however near.
+// Steps of free flight grow without bound, and a contact in one of them may last for any share of it: a soft peg far
+// away, into which the ball dips by `depth`, is met where the straight line enters its circle.
+TEST_P(HiddenContacts, ABallGrazesAPegFarAway) {
+  struct Case {
+    double distance, speed, radius, depth;
+  };
+  for (const Case& c :
+       {Case{40, 1, 0.1, 0.02}, Case{10, 50, 0.01, 3e-4}, Case{1000, 1, 0.01, 1e-3}, Case{3e5, 300, 0.01, 1e-3}}) {
+    SCOPED_TRACE(testing::Message() << c.distance << " m, " << c.speed << " m/s");
+    Model m = flying_ball(c.speed);
+    m.add("peg", DiskContact{.body_a = ground,
+                             .body_b = 1,
+                             .p_a = {c.distance, 2 * c.radius - c.depth},
+                             .radius_a = c.radius,
+                             .radius_b = c.radius,
+                             .law = {.normal = {.n = 1, .stiffness = 1e-3}}});
+    Machine machine(std::move(m), {.integrator = GetParam()});
+    machine.start_from_pose();
+    machine.advance((c.distance + 1) / c.speed);
+    ASSERT_EQ(machine.events().size(), 2U);
+    const double half = std::sqrt(c.depth * (4 * c.radius - c.depth));  // of the chord
+    EXPECT_NEAR(machine.events()[0].t, (c.distance - half) / c.speed, 1e-3 * half / c.speed);
+    EXPECT_NEAR(machine.events()[1].t, (c.distance + half) / c.speed, 1e-3 * half / c.speed);
+  }
+}
+
 TEST_P(HiddenContacts, ABallPassesBesideAPeg) {
   Model m = flying_ball(10);
   m.add("peg", DiskContact{.body_a = ground,
