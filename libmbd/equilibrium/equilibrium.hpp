@@ -39,7 +39,9 @@ struct Mode {
   double frequency = 0;  ///< imaginary part of the eigenvalue over 2 pi (Hz), >= 0
   double damping = 0;    ///< ratio: -real part over modulus; 0 for a zero eigenvalue
   double rate = 0;       ///< real part (1/s)
-  double error = 0;      ///< estimate of the error of the eigenvalue (1/s): a bound, all roundings of one sign
+  /// Estimate of the error of the eigenvalue (1/s): a bound, all roundings of one sign. Of a coordinate that nothing
+  /// holds: below which angular frequency it may be held nevertheless, hidden by rounding in the stiffest forces.
+  double error = 0;
   /// Of it what comes from laws that change at the very state, as a contact that just touches (1/s).
   double error_of_laws = 0;
   /// Standard deviation from rounding, whose signs are independent of each other (1/s); below its bound in `error`.

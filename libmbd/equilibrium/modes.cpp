@@ -206,6 +206,7 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
   const Eigen::MatrixXcd left = inverse(right);
   constexpr double certain = 10;  // errors are estimates
   std::vector<Eigen::Index> zeros;
+  double hidden = 0;
   for (Eigen::Index i = 0; i < a.rows(); ++i) {
     const auto s = values[i];
     // First order: |ds| <= |y|^T E |x| with y^T x = 1. Of a zero pair that rounding has split it is of its own size.
@@ -225,6 +226,8 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
                        .undetermined = true});
     } else if (std::abs(s) <= certain * off || s == 0.0) {
       zeros.push_back(i);
+      // Of a pair s, -s whose square is a stiffness over a mass: what the errors of that may hide.
+      hidden = std::max(hidden, std::sqrt(2 * certain * std::abs(s) * known));
     } else if (s.imag() >= 0) {
       // A real part within its own error is that of an undamped oscillation.
       const double rate = std::abs(s.real()) <= off && s.imag() > 0 ? 0 : s.real();
@@ -233,17 +236,20 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     }
   }
   // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with the place, is of a
-  // coordinate that nothing holds. One with states in it is of locked oil or a held integral.
-  MatrixXd kept(a.rows(), 2 * static_cast<Eigen::Index>(zeros.size()));
+  // coordinate that nothing holds. One with states in it is of locked oil or a held integral. Of a zero pair that
+  // rounding has split only the places differ.
+  MatrixXd kept(a.rows() - f, 2 * static_cast<Eigen::Index>(zeros.size()));
   for (std::size_t k = 0; k < zeros.size(); ++k) {
-    const Eigen::VectorXcd y = left.row(zeros[k]).transpose().normalized();
+    const Eigen::VectorXcd y = left.row(zeros[k]).tail(kept.rows()).transpose().normalized();
     kept.col(2 * static_cast<Eigen::Index>(k)) = y.real(), kept.col(2 * static_cast<Eigen::Index>(k) + 1) = y.imag();
   }
   kept = rows_of_unit_size(std::move(kept));
-  const auto without_states = rank_of(kept) - rank_of(kept.bottomRows(a.rows() - 2 * f));
+  const auto without_states = rank_of(kept) - rank_of(kept.bottomRows(kept.rows() - f));
   // Zeros of several states mix, and a small share of one may look like none: what has a restoring force is held.
   const auto free = without_states > 0 ? std::min(without_states, without_restoring_force(linear)) : 0;
-  found.insert(found.begin(), static_cast<std::size_t>(free), Mode{});
+  Mode zero;
+  zero.error = hidden;
+  found.insert(found.begin(), static_cast<std::size_t>(free), zero);
   // Those that do not swing the slowest first, and not as the eigenvalue problem has found them.
   std::stable_sort(found.begin(), found.end(), [](const Mode& x, const Mode& y) {
     return std::pair(x.frequency, std::abs(x.rate)) < std::pair(y.frequency, std::abs(y.rate));

@@ -124,18 +124,24 @@ Json modes_json(const mbd::System& system, const std::vector<mbd::Mode>& modes) 
     out.push_back({{"frequency [Hz]", m.frequency},
                    {"damping ratio", m.damping},
                    {"real part [1/s]", m.rate},
+                   {"error [1/s]", m.error},
                    {"shape, real and imaginary", shape}});
   }
   return out;
+}
+
+/// Of a zero eigenvalue, that rounding may hide a frequency [Hz].
+std::string held_below(double hidden) {
+  return hidden > 0 ? fmt::format("  nothing above {:.1g} Hz holds it", hidden) : "  nothing holds it";
 }
 
 void print_modes(const std::vector<mbd::Mode>& modes) {
   fmt::print("{:>5} {:>16} {:>14} {:>16}\n", "mode", "frequency [Hz]", "damping ratio", "real part [1/s]");
   for (std::size_t i = 0; i < modes.size(); ++i)
     fmt::print("{:>5} {:>16.9g} {:>14.6g} {:>16.9g}{}\n", i + 1, modes[i].frequency, modes[i].damping, modes[i].rate,
-               modes[i].is_zero()      ? "  nothing holds it"
+               modes[i].is_zero()      ? held_below(modes[i].error / (2 * std::numbers::pi))
                : modes[i].undetermined ? "  not determined"
-                                       : "");
+                                       : std::string());
 }
 
 void write_modes(const std::filesystem::path& path, const mbd::System& system, const std::vector<mbd::Mode>& modes) {

@@ -258,6 +258,34 @@ TEST(Modes, TwoMassesSwingTogetherAndAgainstEachOther) {
 }
 
 // Dependent coordinates follow: the centre of a hanging rod moves sideways by half its length times the angle.
+// A soft spring to the ground and a hard one between two masses: rounding in the hard one hides the soft one sooner or
+// later. Then the zero comes with the frequency below which it may be held. Squares of both: (1 + 2 K +- sqrt(1 + 4
+// K^2))/2.
+TEST(Modes, ASoftSpringBesideAHardOneIsFoundOrItsBoundIs) {
+  for (const double stiffness : {1e3, 1e6, 1e9, 1e10, 1e11, 1e13}) {
+    const double square = 0.5 * (1 + 2 * stiffness + std::sqrt(1 + 4 * stiffness * stiffness));
+    const double hard = std::sqrt(square), soft = std::sqrt(stiffness / square);
+    Model m;
+    m.gravity = {0, 0};
+    for (const int body : {1, 2}) {
+      const std::string number = std::to_string(body);
+      m.add({.name = "mass " + number, .mass = 1, .inertia = 1, .pose = {1.0 * body, 0, 0}});
+      m.add("rail " + number, Translational{.body_a = ground, .body_b = body, .p_a = {1.0 * body, 0}});
+      m.add("spring " + number,
+            SpringDamper{.body_a = body - 1, .body_b = body, .stiffness = body == 1 ? 1 : stiffness});
+    }
+    Machine machine(m);
+    machine.start_from_towing_equilibrium(0);
+    const auto found = modes(machine.system(), 0, *machine.equilibrium());
+    ASSERT_EQ(found.size(), 2U) << stiffness;
+    if (found[0].is_zero())
+      EXPECT_GT(found[0].error, soft) << stiffness;
+    else
+      EXPECT_NEAR(2 * pi * found[0].frequency, soft, found[0].error) << stiffness;
+    EXPECT_NEAR(2 * pi * found[1].frequency, hard, 1e-7 * hard);
+  }
+}
+
 TEST(Modes, ShapesHoldDependentCoordinates) {
   Machine machine(test::make_chain(1));
   machine.start_from_towing_equilibrium(0);

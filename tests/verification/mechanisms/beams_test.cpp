@@ -60,6 +60,20 @@ std::vector<Mode> modes_at_rest(const Model& model) {
   return modes(system, 0, towing_equilibrium(system, 0, system.start_position(), 0));
 }
 
+/// A strip in free flight has three rigid motions, however stiff its shortest waves are beside its longest.
+TEST(Beams, InFreeFlightHasThreeRigidMotions) {
+  for (const long elements : {1, 4, 12, 24, 40}) {
+    const auto found = modes_at_rest(model_of(strip(elements)));
+    const auto free = std::count_if(found.begin(), found.end(), [](const Mode& m) { return m.is_zero(); });
+    EXPECT_EQ(free, 3) << elements;
+    EXPECT_EQ(found.size(), 3U * (static_cast<std::size_t>(elements) + 1)) << elements;
+    for (const Mode& m : found)
+      if (m.is_zero()) {
+        EXPECT_LT(m.error, 0.1 * 2 * pi * found[3].frequency) << elements;
+      }
+  }
+}
+
 /// Circular frequencies of those that are no rigid motion, rising.
 std::vector<double> frequencies(const Model& model) {
   std::vector<double> out;
