@@ -188,7 +188,7 @@ Inlet::Inlet(InletPlan plan) : plan_(std::move(plan)) {
   if (!(plan_.from < plan_.until)) refuse_inlet("must open before it closes");
   if (!(plan_.of.density > 0)) refuse_inlet("the density must be above zero");
   std::visit(RefuseSmall{2 * largest_reach(plan_.radius, plan_.clumps)}, plan_.region);
-  state_.first_id = plan_.first_id;
+  state_.first_id = plan_.first_id, state_.interval = plan_.interval;
   static_cast<void>(Stream{plan_});  // refuses a distribution without sense
 }
 
@@ -255,7 +255,7 @@ std::vector<InletGrain> Inlet::due_by(double time) const {
 
 void Inlet::restore(const InletState& state) {
   state_ = state;
-  plan_.first_id = state.first_id;
+  plan_.first_id = state.first_id, plan_.interval = state.interval;
   stream_.emplace(plan_);
   for (std::size_t k = 0; k < state.poured.spheres; ++k) stream_->pass();
 }

@@ -50,10 +50,13 @@ struct InletGrain {
 /// What a restart needs of an inlet beside its plan.
 struct InletState {
   CarriedSoil poured;
+  double interval = 0;     ///< of the plan, s: another run's may differ, and turns are counted in it
   std::int64_t turn = -1;  ///< last interval in which grains came or should have
   std::uint32_t first_id = 0;
   std::uint64_t waited = 0;  ///< intervals in which a grain that was due found no room
-  void archive(Archive& a) { a("poured", poured)("turn", turn)("first id", first_id)("waited", waited); }
+  void archive(Archive& a) {
+    a("poured", poured)("interval", interval)("turn", turn)("first id", first_id)("waited", waited);
+  }
 };
 
 /// Pours grains at a rate: grain k is due when half of it and all before it make the rate times the time since the
@@ -85,6 +88,8 @@ class Inlet {
   const CarriedSoil& poured() const { return state_.poured; }
   std::uint64_t waited() const { return state_.waited; }
   const InletState& state() const { return state_; }
+  /// Continues as the inlet that wrote the state, with its interval and numbers, so that the same grains come at the
+  /// same times and places.
   void restore(const InletState& state);
 
  private:

@@ -15,7 +15,7 @@ namespace subsoil::sim {
 namespace {
 
 /// Of arrays and what they hold; a change in either takes the next number.
-constexpr std::int64_t kStateFormat = 7;
+constexpr std::int64_t kStateFormat = 8;
 
 void archive_layers(Archive& a, SoilReport& soil) {
   std::size_t count = soil.layers.size();
@@ -235,7 +235,8 @@ bool is_finite(const dem::Bed::State& bed) {
 /// Everything that spheres are made of, before anything is built from it.
 void check_numbers(const SavedRun& saved) {
   if (!std::isfinite(saved.time) || std::abs(saved.time) > 1e12 || !is_finite(saved.bed) ||
-      !(saved.soil_step >= 0 && saved.soil_step < 1e6))
+      !(saved.soil_step >= 0 && saved.soil_step < 1e6) ||
+      std::any_of(saved.inlets.begin(), saved.inlets.end(), [](const dem::InletState& i) { return !(i.interval > 0); }))
     refuse_numbers();
   for (const dem::Sphere& s : saved.bed.spheres)
     if (!(s.r > 0) || !(s.m > 0) || s.id >= 1000000000 || s.kind > dem::SphereKind::member)

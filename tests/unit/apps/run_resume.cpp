@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <thread>
 
 #include "libsim/document/document.hpp"
@@ -149,6 +150,33 @@ boundaries:
 time: {end: 0.25 s}
 output: {every: 10 ms}
 )");
+}
+/// A run from a state pours on where it was, with other contacts too, though its own step is another one.
+TEST(Resume, AnInletPoursOnBesideChangedContacts) {
+  constexpr const char* pours = R"(subsoil: 1
+gravity: 9.81 m/s^2
+materials: {grain: {density: 2500 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 50 kN/m, restitution: 0.5, mu: 0.4}]
+soil:
+  container: {size: 200 250 60 mm, at: -100 0 -30 mm, material: grain}
+  inlets:
+    feed: {box: {at: -40 190 -30 mm, size: 80 50 60 mm}, rate: 0.2 kg/s, material: grain, radius: 5 mm}
+time: {end: 0.3 s}
+)";
+  const RunDirectory dir;
+  const std::string file = dir.scenario(pours);
+  ASSERT_EQ(run_scenario(file, dir / "first", {"time.end=0.15 s"}), exit_ok);
+  spdlog::set_level(spdlog::level::off);
+  ASSERT_EQ(run({.scenario = file,
+                 .out = dir / "softer",
+                 .sets = {"contacts.grain-grain.k_n=2 kN/m"},
+                 .threads = 1,
+                 .changes = {"contacts.grain-grain.k_n"},
+                 .from = state_in(dir / "first")}),
+            exit_ok);
+  const double grain = 2500 * 4 * std::numbers::pi / 3 * 125e-9, interval = 50 * 2e-5;
+  EXPECT_NEAR(summary_of(dir / "softer")["inlets"]["feed"]["mass [kg]"].get<double>(), 0.2 * 0.3,
+              0.5 * grain + 0.2 * interval);
 }
 /// Without a sphere there is no impact that a step would have to resolve: the run continues with its own.
 TEST(Resume, ABinFromWhichAllHaveFallen) {
