@@ -37,7 +37,8 @@ struct EnergyEquivalent {
     v.derived("S_y", S_y, "Pa", "(0, inf)",
               "yield strength of the body that yields; left out: the smaller one of the two bodies or materials");
     v.derived("rho", density, "kg/m^3", "(0, inf)",
-              "density in lambda = rho V^2/S_y; left out: that of the first body or material");
+              "density in lambda = rho V^2/S_y; left out: that of the first body; of two materials that of the one "
+              "with the lower yield strength");
     v.quantity("nu", poisson, "1", "[0, 0.5]", "Poisson ratio of the body that yields");
     v.quantity("A", A, "1", "(0, inf)", "factor of the map from lambda to plastic strain; the default is our own fit");
     v.quantity("B", B, "1", "(0, inf)", "exponent of the map; the default is our own fit");

@@ -17,10 +17,10 @@
 ///     k_t = ratio k_n (S_n),  c_t = 2 beta sqrt(m_eff k_t) (with sqrt(5/6));   friction limit mu max(0, F)
 /// V approach speed when the surfaces first touch, m/s; beta = beta(Ce) as in damping_ratio.hpp, found at first touch
 /// and kept by the contact until it opens: two bodies part with exactly Ce(V) V, with more where `clip attraction` cuts
-/// the pull of the dashpot off. rho kg/m^3 density of the striking body, S_y Pa yield strength. Slow contacts, V below
-/// the speed at which lambda = lambda_c, are elastic; `maximum restitution` caps Ce, so that a bed of them can come to
-/// rest. Contacts that begin at rest (a bed as placed) have the cap's damping. Valid for overlap << R; the map holds
-/// for V up to some 1000 times the speed at which yield begins. Source: energies after the patent of Changsha
+/// the pull of the dashpot off. rho kg/m^3 density and S_y Pa yield strength of the yielding body. Slow contacts, V
+/// below the speed at which lambda = lambda_c, are elastic; `maximum restitution` caps Ce, so that a bed of them can
+/// come to rest. Contacts that begin at rest (a bed as placed) have the cap's damping. Valid for overlap << R; the map
+/// holds for V up to some 1000 times the speed at which yield begins. Source: energies after the patent of Changsha
 /// University of Science and Technology (2023); map and motion are ours.
 namespace subsoil::dem {
 
@@ -34,6 +34,7 @@ struct VariableRestitution {
   double k_n = left_out, E_eff = left_out;
   impact::EnergyEquivalent map;
   double largest = 1;
+  int yields = 0;  ///< which of the two materials, 1 or 2; 0: neither has the lower yield strength, or S_y is given
   double stiffness_ratio = 2.0 / 7.0;
   Bond bond;
   Friction friction;
@@ -63,18 +64,27 @@ struct VariableRestitution {
   bool needs_yield() const { return std::isnan(map.S_y); }
   static constexpr const char* in_place_of_yield = "S_y";
   void take_yield(double yield_1, double yield_2) {
-    if (needs_yield()) map.S_y = std::min(yield_1, yield_2);
+    if (!needs_yield()) return;
+    map.S_y = std::min(yield_1, yield_2);
+    yields = yield_1 < yield_2 ? 1 : yield_2 < yield_1 ? 2 : 0;
   }
 
   bool needs_density() const { return std::isnan(map.density); }
-  void take_density(double striking) {
-    if (needs_density()) map.density = striking;
+  /// Behind take_yield: that of the material that yields.
+  void take_density(double density_1, double density_2) {
+    if (!needs_density()) return;
+    if (density_1 == density_2 || yields == 1)
+      map.density = density_1;
+    else if (yields == 2)
+      map.density = density_2;
   }
 
   /// With lambda_c filled in where E_eff is there for it. Throws std::invalid_argument when rho is missing, or the
   /// stiffness of the spring is missing or not its own.
   VariableRestitution resolved() const {
-    if (needs_density()) throw std::invalid_argument("needs rho, the density of the striking body");
+    if (needs_density())
+      throw std::invalid_argument(
+          "needs rho, a density: those of the two materials differ, and neither has the lower yield strength");
     if (needs_yield()) throw std::invalid_argument("needs S_y, the yield strength of the body that yields");
     if ((part == Normal::linear) == std::isnan(k_n))
       throw std::invalid_argument("k_n belongs to `normal: linear` and is needed there; hertz takes E_eff");

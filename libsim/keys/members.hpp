@@ -147,7 +147,7 @@ concept MentionsDensity = requires(T& t) {
 template <class T>
 concept TakesDensity = requires(T& t, const T& law) {
   { law.needs_density() } -> std::same_as<bool>;
-  t.take_density(1.);
+  t.take_density(1., 1.);
 };
 template <class T>
 concept MentionsMaterials = requires(T& t) {

@@ -52,7 +52,7 @@ void take_from_materials(L& law, const Material& a, const Material& b) {
       law.take_yield(*a.yield, *b.yield);
     }
   }
-  if constexpr (TakesDensity<L>) law.take_density(a.density);
+  if constexpr (TakesDensity<L>) law.take_density(a.density, b.density);
 }
 
 }  // namespace
