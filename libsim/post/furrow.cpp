@@ -159,6 +159,13 @@ void take_loosened(const FramesFile& file, const Displaced& d, const dem::Period
   }
 }
 
+/// What of a cell's height lies below the surface before the pass. The uppermost row holds all that is above it.
+double height_in_soil(const Furrow& f, std::size_t row, std::size_t column) {
+  if (!std::isfinite(f.before[column])) return f.cell;
+  const double height = std::max(0.0, f.before[column] - f.y0 - static_cast<double>(row) * f.cell);
+  return row + 1 < f.rows ? std::min(height, f.cell) : height;
+}
+
 void take_disturbed(const Displaced& d, Furrow& f) {
   std::vector<double> sum(f.rows * f.columns, 0.0);
   std::vector<int> count(f.rows * f.columns, 0);
@@ -176,7 +183,7 @@ void take_disturbed(const Displaced& d, Furrow& f) {
     if (count[k] == 0) continue;
     f.moved[k] = sum[k] / count[k];
     if (f.moved[k] <= f.threshold) continue;
-    f.disturbed_area += f.cell * f.column;
+    f.disturbed_area += height_in_soil(f, k / f.columns, k % f.columns) * f.column;
   }
 }
 

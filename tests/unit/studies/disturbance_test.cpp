@@ -101,6 +101,14 @@ TEST(Disturbance, OfALiftIsItsArea) {
   EXPECT_NEAR(forward / rise, 0.02 / up, 1e-5);
 }
 
+/// Of cells that reach beyond the surface only what is soil counts: here the uppermost layer lies 0.4 diameters lower.
+TEST(Disturbance, EndsAtTheSurface) {
+  const auto sunk = [](const dem::Vec3& p) { return dem::Vec3{p.x, p.y > -d ? p.y - 0.4 * d : p.y, p.z}; };
+  const Disturbance found = after({.depth = 1, .shift = {0.02, 0.03, 0}, .seen = sunk});
+  ASSERT_TRUE(found.furrow) << found.why;
+  EXPECT_NEAR(found.furrow->disturbed_area, 9 * (ny - 0.4) * d * d, 1e-8);
+}
+
 /// Turned about the vertical, or mirrored, a pass does the same; the cross-section is across the way of the tool. The
 /// bed is not whole columns wide: its outermost spheres are drawn in by 3 mm.
 TEST(Disturbance, DoesNotDependOnTheDirectionOfTravel) {
