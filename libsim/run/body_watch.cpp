@@ -10,7 +10,7 @@ BodyWatch::BodyWatch(const Scenario& scenario, const World& world) : world_(worl
   if (!world.bed || !world.machine || !scenario.soil || !scenario.soil->container || world.moving) return;
   const Container& c = *scenario.soil->container;
   low_ = c.at + Vec3{0, world.container_shift, 0}, high_ = low_ + c.size;
-  for (std::size_t f = 0; f < closed_.size(); ++f) closed_[f] = has_wall(c, f) && !c.open_after_settling[f];
+  for (std::size_t f = 0; f < closed_.size(); ++f) closed_[f] = keeps_wall(c, f);
   double smallest = 0;
   for (const dem::Sphere& s : world.bed->spheres()) smallest = smallest > 0 ? std::min(smallest, s.r) : s.r;
   margin_ = 0.01 * smallest;

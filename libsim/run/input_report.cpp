@@ -107,7 +107,7 @@ void look_at_container(const Loaded& loaded, const World& world, Texts& out) {
   Faces walls{}, open{};
   for (std::size_t f = 0; f < walls.size(); ++f) {
     open[f] = s.soil->container->open_after_settling[f];
-    walls[f] = has_wall(*s.soil->container, f) && !open[f];
+    walls[f] = keeps_wall(*s.soil->container, f);
   }
   const Vec3 low = s.soil->container->at + Vec3{0, world.container_shift, 0}, high = low + size;
   if (const std::size_t count = spheres_beyond(walls, s, world, open); count > 0)
@@ -137,7 +137,7 @@ void look_at_inlets(const Loaded& loaded, const World& world, Texts& out) {
       const auto d = static_cast<int>(f / 2);
       const bool upper = f % 2 != 0;
       const double beyond = upper ? region.high[d] - high[d] : low[d] - region.low[d];
-      if ((d == 1 && upper) || !has_wall(*s.soil->container, f) || beyond <= rounding) continue;
+      if ((d == 1 && upper) || !keeps_wall(*s.soil->container, f) || beyond <= rounding) continue;
       out.push_back(
           fmt::format("{}: reaches {:.4g} mm beyond the {} of the container, {} = {:.4g} m: grains that come "
                       "there miss the bin; is its place right?",

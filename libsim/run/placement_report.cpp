@@ -89,7 +89,7 @@ struct Bin {
   double radius;  ///< smallest of a sphere: what reaches into a wall by less is taken to touch it
 
   bool wall(int axis, bool upper) const {
-    return has_wall(container, 2 * static_cast<std::size_t>(axis) + (upper ? 1 : 0));
+    return keeps_wall(container, 2 * static_cast<std::size_t>(axis) + (upper ? 1 : 0));
   }
 };
 

@@ -51,6 +51,7 @@ class SomeOf final : public Value {
 }  // namespace
 
 bool has_wall(const Container& c, std::size_t face) { return !c.open[face] && !c.periodic[face / 2]; }
+bool keeps_wall(const Container& c, std::size_t face) { return has_wall(c, face) && !c.open_after_settling[face]; }
 
 std::string wall_name(std::size_t face) { return face == 2 ? "floor" : std::string("wall ") + face_names[face]; }
 

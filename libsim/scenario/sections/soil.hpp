@@ -29,6 +29,8 @@ struct Container {
 void describe(Fields& v, Container& c);
 /// Whether a face (of face_names) has a wall when the bed is made: it is neither open nor one of a periodic direction.
 bool has_wall(const Container& c, std::size_t face);
+/// Whether it has one during the run, too: it is not taken away after settling.
+bool keeps_wall(const Container& c, std::size_t face);
 /// What the wall of a face (of face_names) is called in columns and messages: `floor`, `wall -x`.
 std::string wall_name(std::size_t face);
 /// Of all faces that have one.
