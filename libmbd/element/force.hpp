@@ -79,7 +79,7 @@ struct ForceMembers {
   /// `grip(scene, k, force, mass)`, `grip_limit(scene, k)`: sticks with that force on b (N), which may be so large
   /// damp(k, mass): sticks as it does, damped critically for that mass along s'' where no damping is given
   /// slide(k, sense): slides from now on; sense(k): in which it does, 0 where it sticks; slip_speed(scene, k): s' (m/s)
-  /// slip_acceleration(scene, k, q''): s'' of a solution (m/s^2)
+  /// slip_acceleration(scene, k, q'', length): s'' of a solution (m/s^2), in a machine of that length (m)
   bool stick = false;
   /// touch(scene, k, closes): the gap k has passed 0. remembers(): whether something depends on that
   bool touch = false;
@@ -126,7 +126,7 @@ concept Sticks = requires(F f, const Scene scene) {
   { remembering(f).slide(std::size_t{}, 1) } -> std::same_as<void>;
   { remembering(f).sense(std::size_t{}) } -> std::same_as<int>;
   { remembering(f).slip_speed(scene, std::size_t{}) } -> std::same_as<double>;
-  { remembering(f).slip_acceleration(scene, std::size_t{}, std::span<const double>{}) } -> std::same_as<double>;
+  { remembering(f).slip_acceleration(scene, std::size_t{}, std::span<const double>{}, 1.) } -> std::same_as<double>;
   { remembering(f).remembers() } -> std::same_as<bool>;
 };
 template <class F>

@@ -106,9 +106,20 @@ class ContactMemory {
   int sense(std::size_t k) const { return touched(k).surfaces.sliding; }
   double slip_speed(const Scene& scene, std::size_t k) const { return slip(scene, k); }
   /// By central differences along the motion: the point and its tangent move on surfaces of any shape. They err by
-  /// 1e-12 s^2 times the third derivative of the slip, and by 1e-10/s of its rounding.
-  double slip_acceleration(const Scene& scene, std::size_t k, std::span<const double> accelerations) const {
-    constexpr double dt = 1e-6;
+  /// dt^2 times the third derivative of the slip, and by its rounding over dt: dt is 1e-6 s, or 1e-5 of the time in
+  /// which a body turns by a radian or moves by `length`, if that is shorter.
+  double slip_acceleration(const Scene& scene, std::size_t k, std::span<const double> accelerations,
+                           double length) const {
+    double rate = 0;
+    const ContactPlace at = contact_.place(scene, k);
+    for (const int body : {at.body_a, at.body_b}) {
+      if (body < 1) continue;
+      const BodyState& b = scene.bodies[static_cast<std::size_t>(body)];
+      const double* const a = accelerations.data() + 3 * (body - 1);
+      rate = std::max({rate, std::abs(b.omega), std::sqrt(std::abs(a[2])), std::hypot(b.v.x, b.v.y) / length,
+                       std::sqrt(std::hypot(a[0], a[1]) / length)});
+    }
+    const double dt = rate > 10 ? 1e-5 / rate : 1e-6;
     std::vector<BodyState> moved(scene.bodies.begin(), scene.bodies.end());
     const auto slip_after = [&](double h) {
       for (std::size_t i = 1; i < moved.size(); ++i) {

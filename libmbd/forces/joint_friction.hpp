@@ -157,7 +157,7 @@ struct JointFriction {
   bool creeps() const { return !can_stick() && mu_s > 0; }
   double held(const Scene& scene, std::size_t) const { return surfaces.spring(stick_stiffness, contact(scene).s, 0); }
   double grip_limit(const Scene& scene, std::size_t) const { return mu_s * contact(scene).normal; }
-  double slip_acceleration(const Scene& scene, std::size_t, std::span<const double> accelerations) const {
+  double slip_acceleration(const Scene& scene, std::size_t, std::span<const double> accelerations, double) const {
     const auto of = [&](int body) {
       std::array<double, 3> of_body{};
       for (int k = 0; body > 0 && k < 3; ++k)

@@ -186,7 +186,8 @@ template <class Force>
 double slip_with(const System& system, Force& f, std::size_t place, const GripMotion& motion, double force) {
   f.grip(system.scene(), place, force, 0);
   const Eigen::VectorXd& solved = motion.accelerate();
-  return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())});
+  return f.slip_acceleration(system.scene(), place, {solved.data(), static_cast<std::size_t>(solved.size())},
+                             system.length_scale());
 }
 
 // A secant, repeated.

@@ -381,6 +381,33 @@ TEST_P(Touching, ADiskThatSticksRolls) {
   EXPECT_LT(machine.energy().closure(), 1e-7);
 }
 
+// The same motion in times that are 2^-n of one another: stiffnesses are 4^n times as large, velocities 2^n times. A
+// rod that strikes a floor obliquely, sticks and slips leaves it with the same spin times T, from seconds to
+// microseconds.
+TEST_P(Touching, AnObliqueImpactHasNoTimeOfItsOwn) {
+  double first = 0;
+  for (const int n : {0, 8, 16}) {
+    const double faster = std::ldexp(1.0, n);
+    Model m;
+    m.gravity = {0, 0};
+    m.add({.name = "rod", .mass = 2, .inertia = 0.02, .pose = {0, 0.11, 0}, .velocity = {0.2 * faster, -faster, 0}});
+    m.add("floor", LineContact{.body_a = ground,
+                               .body_b = 1,
+                               .p_b = {0.05, -0.1},
+                               .law = {.normal = {.n = 1, .stiffness = 1e6 * faster * faster},
+                                       .friction = 0.6,
+                                       .stick_stiffness = 2e5 * faster * faster,
+                                       .stick_damping = 0}});
+    Machine machine(m, options());
+    machine.start_from_pose();
+    move_to(machine, 0.03 / faster, 1e-5 / faster);
+    const double spin = machine.body(1).omega / faster;
+    if (n == 0) first = spin;
+    EXPECT_NEAR(spin, first, 1e-6 * std::abs(first)) << n;
+  }
+  EXPECT_GT(std::abs(first), 1);
+}
+
 // A snapshot within an impact and one within stiction continue to the bit.
 TEST_P(Touching, ASnapshotKeepsWhatAContactHasBegunWith) {
   Model m = block(0.3, 0.5, 0.2);
