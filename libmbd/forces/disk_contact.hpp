@@ -9,7 +9,8 @@ enum class DiskSide { outside, inside };
 
 /// Contact of a disk of body b with a disk of body a, or with the bore of a ring on a; L distance of the centres:
 ///   outside: gap = L - (R_a + R_b)        inside: gap = (R_a - R_b) - L               (m)
-/// R_a > 0, R_b >= 0 radii [m], 0 for a point; inside R_b < R_a. Forces act on the circle of b on the line of centres.
+/// R_a > 0, R_b >= 0 radii [m], 0 for a point; inside R_b < R_a. Forces act in the middle between both circles, on the
+/// line of centres.
 /// Outside the direction is lost at L = 0, where one disk has passed into the other's centre: the force refuses.
 /// Law and energy: see ContactLaw.
 struct DiskContact {
@@ -66,7 +67,7 @@ struct DiskContact {
       throw std::runtime_error("disk contact has coinciding centres, so no direction; use a stiffer contact");
     const Vec2 normal = inside ? -1.0 * l.e : l.e;
     const double gap = inside ? radius_a - radius_b - l.length : l.length - radius_a - radius_b;
-    return {gap, normal, b.r + l.arm_b - radius_b * normal};
+    return {gap, normal, b.r + l.arm_b - (radius_b + 0.5 * gap) * normal};
   }
 };
 

@@ -90,7 +90,8 @@ void OutlineContact::find(const Scene& scene, const Site& site, Touches& out) co
     touch_corner(owner, other, seen, own.corners()[site.index], out);
 }
 
-/// The normal is that of what is seen, towards the corner.
+/// The normal is that of what is seen, towards the corner. Between two disks the point is the middle of both circles,
+/// so that neither of them is the first.
 void OutlineContact::touch_corner(const BodyState& owner, const BodyState& other, const Outline& seen,
                                   const Outline::Corner& corner, Touches& out) const {
   const Vec2 centre = owner.point_in_world({corner.centre.x, corner.centre.y});
@@ -99,7 +100,9 @@ void OutlineContact::touch_corner(const BodyState& owner, const BodyState& other
   seen.all_near({w[0], w[1]}, all);
   for (std::size_t k = 0; k < seen.at_once(); ++k) {
     const Vec2 normal = other.vector_in_world({all[k].normal.x, all[k].normal.y});
-    out[k] = {all[k].distance - corner.radius, normal, centre - corner.radius * normal};
+    const double gap = all[k].distance - corner.radius;
+    const double from_centre = corner.radius + (seen.kind() == Outline::Kind::disk ? 0.5 * gap : 0);
+    out[k] = {gap, normal, centre - from_centre * normal};
   }
   if (seen.has_support() && (corner.before.x != 0 || corner.before.y != 0)) {
     const Vec2 before = owner.vector_in_world({corner.before.x, corner.before.y}),

@@ -176,9 +176,11 @@ TEST_P(Contacts, DiskInABoreAgainstItsOwnEquations) {
     const double l = std::hypot(s[0], s[1]), ux = s[0] / l, uy = s[1] / l, depth = std::max(0.0, l - (bore - r));
     const double closing = ux * s[3] + uy * s[4];
     const double n = std::max(0.0, k * depth * depth * (1 + b * closing));
-    // Rim's velocity along the counter-clockwise direction of the bore, (-uy, ux): the rim is at +r u from the centre.
-    const double slip = -uy * s[3] + ux * s[4] + r * s[5], f = -mu * n * std::tanh(slip / s_0);
-    d = {s[3], s[4], s[5], (-n * ux - f * uy) / mass, (-n * uy + f * ux) / mass - g, r * f / inertia};
+    // Velocity along the counter-clockwise direction of the bore, (-uy, ux), in the middle of the overlap: half of the
+    // depth inside the disk's rim, which is at +r u from the centre.
+    const double arm = r - 0.5 * depth;
+    const double slip = -uy * s[3] + ux * s[4] + arm * s[5], f = -mu * n * std::tanh(slip / s_0);
+    d = {s[3], s[4], s[5], (-n * ux - f * uy) / mass, (-n * uy + f * ux) / mass - g, arm * f / inertia};
   };
   test::OdeState s{x, y, 0, 0, 0, 0};
   double t = 0;
