@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "libsim/base/byte_order_mark.hpp"
 #include "libsim/io/csv_separator.hpp"
 
 namespace subsoil::sim::csv {
@@ -19,8 +20,7 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 std::vector<std::string> split(std::string_view line) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (line.starts_with(byte_order_mark)) line.remove_prefix(byte_order_mark.size());
+  line = without_byte_order_mark(line);
   std::vector<std::string> fields(1);
   bool in_quotes = false, was_quoted = false;
   const auto finish = [&] {

@@ -6,8 +6,8 @@
 /// Comma separated lines as every spreadsheet writes them (RFC 4180), one record per line.
 namespace subsoil::sim::csv {
 
-/// Fields of a line without surrounding blanks; a quoted field may hold commas and doubled quotes. A byte order mark,
-/// as spreadsheets put it before the first line, is left out.
+/// Fields of a line without surrounding blanks; a quoted field may hold commas and doubled quotes. A byte order mark
+/// is left out.
 std::vector<std::string> split(std::string_view line);
 /// The field with quotes around it when it needs them.
 std::string quoted(std::string_view field);

@@ -14,6 +14,7 @@
 #include <string>
 #include <string_view>
 
+#include "libsim/base/byte_order_mark.hpp"
 #include "libsim/io/csv.hpp"
 
 namespace subsoil::sim {
@@ -51,6 +52,7 @@ class ClumpFile {
     std::vector<dem::ClumpMember> out;
     for (std::string line; std::getline(file_, line);) {
       ++line_;
+      line = std::string(without_byte_order_mark(line));
       if (line.starts_with(format_mark)) take_names(names_of(std::string_view(line).substr(format_mark.size())));
       line.resize(std::min(line.find('#'), line.size()));
       if (line.find(';') != std::string::npos)

@@ -5,6 +5,7 @@
 #include <array>
 #include <fstream>
 
+#include "libsim/base/byte_order_mark.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/io/csv_separator.hpp"
@@ -24,6 +25,7 @@ class PointsFile {
     bool header = true;
     for (std::string line; std::getline(stream, line);) {
       ++line_;
+      line = std::string(without_byte_order_mark(line));
       if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
       if (const std::string fault = csv::other_separator(line); header && !fault.empty()) refuse(fault);
       const std::vector<std::string> fields = csv::split(line);

@@ -22,6 +22,7 @@
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/geometry/mesh_edges.hpp"
+#include "libsim/base/byte_order_mark.hpp"
 #include "libsim/base/input_limits.hpp"
 #include "libsim/scenario/shapes/mesh_file.hpp"
 #include "libsim/scenario/shapes/mesh_text.hpp"
@@ -144,7 +145,7 @@ std::string readable(const std::string& file, const std::string& kind, std::stri
 std::vector<Facet> facets_of(const std::string& file, double unit) {
   refuse_long(file);
   std::string content = content_of(file);
-  drop_byte_order_mark(content);
+  content = std::string(without_byte_order_mark(content));
   const std::string ending = lower(std::filesystem::path(file).extension());
   const std::string kind = content.starts_with("ply") ? "PLY" : ending == ".obj" ? "OBJ" : "STL";
   // The 80 bytes before a binary STL file may hold anything.

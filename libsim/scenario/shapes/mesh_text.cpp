@@ -91,11 +91,6 @@ std::string decimal_commas(const std::string& text, const std::string& word) {
   return {};
 }
 
-void drop_byte_order_mark(std::string& content) {
-  constexpr std::string_view mark = "\xEF\xBB\xBF";
-  if (content.starts_with(mark)) content.erase(0, mark.size());
-}
-
 std::string plain_obj(const std::string& file, const std::string& text) {
   std::string out;
   std::istringstream lines(text);

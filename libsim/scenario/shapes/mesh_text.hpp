@@ -12,9 +12,6 @@ std::string other_format(const std::string& content);
 /// has. @param word that begins a line of coordinates; empty: every line of numbers
 std::string decimal_commas(const std::string& text, const std::string& word);
 
-/// Without the mark of byte order that editors put before UTF-8.
-void drop_byte_order_mark(std::string& content);
-
 /// OBJ as CGAL reads it: lines joined that end with a backslash, `fo`, the older word for a face, as `f`, lines (`l`)
 /// left out, which bound no solid. Throws std::runtime_error for surfaces that are not polygons.
 std::string plain_obj(const std::string& file, const std::string& text);

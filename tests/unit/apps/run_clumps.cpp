@@ -182,6 +182,7 @@ TEST(RunClumps, FilesOfOtherProgramsAreRead) {
       {"CLUMP, Matlab", "  0.000000,  0.000000, -0.000000,  3.000000\n  4.000000,  0.000000,  0.000000,  3.000000\n",
        false},
       {"CLUMP, numpy", "0.000e+00,0.000e+00,0.000e+00,3.000e+00\n4.000e+00,0.000e+00,0.000e+00,3.000e+00\n", false},
+      {"with a byte order mark", "\xEF\xBB\xBF#format x_y_z_r\n0 0 0 3\n4 0 0 3\n", false},
       {"DEME", "x,y,z,r\r\n0,0,0,3\r\n4,0,0,3\r\n", false}};
   for (const auto& f : files) {
     SCOPED_TRACE(f.program);
