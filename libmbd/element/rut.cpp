@@ -2,13 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace subsoil::mbd {
 
 namespace {
-constexpr long block = 1000;  // grid points per growth: one metre
+constexpr long block = 1000;      // grid points per growth: one metre
+constexpr double farthest = 1e5;  // m; 0.8 GB of depths
+
+void require_near(double x0, double x1) {
+  for (const double x : {x0, x1})
+    if (!(std::abs(x) <= farthest))
+      throw std::runtime_error("a wheel or ground element presses the ground at x = " + std::to_string(x) +
+                               " m; ruts are kept up to 100 km from the origin: is its velocity right?");
 }
+}  // namespace
 
 double Rut::stored(long i) const {
   const long k = i - first_;
@@ -36,6 +46,7 @@ void Rut::deepen(long i, double z) {
 
 void Rut::press(double x0, double z0, double x1, double z1) {
   if (z0 <= 0 && z1 <= 0) return;
+  require_near(x0, x1);
   if (x0 > x1) std::swap(x0, x1), std::swap(z0, z1);
   // Grid points inside the passed stretch; a step shorter than the grid often holds none, which is right: the point
   // is pressed by the step that crosses it.
@@ -49,12 +60,14 @@ void Rut::press(double x0, double z0, double x1, double z1) {
 }
 
 void Rut::press_flat(double x0, double x1, double z) {
+  require_near(x0, x1);
   const long from = static_cast<long>(std::floor(x0 / spacing)), to = static_cast<long>(std::ceil(x1 / spacing));
   for (long i = from; i <= to; ++i) deepen(i, z);
 }
 
 void Rut::press_disk(double x, double z, double radius) {
   const double reach = std::sqrt(2 * radius * z);
+  require_near(x - reach, x + reach);
   const long from = static_cast<long>(std::ceil((x - reach) / spacing)),
              to = static_cast<long>(std::floor((x + reach) / spacing));
   for (long i = from; i <= to; ++i) {

@@ -7,7 +7,8 @@ namespace subsoil::mbd {
 
 /// What wheels of one track have pressed into the ground: the deepest sinkage z >= 0 (m) passed at each x, on a 1 mm
 /// grid, linear between the grid's points. Belongs to the ground, so a second wheel or pass finds it.
-/// Storage grows in blocks of one metre on either side and is untouched while a wheel stays inside it.
+/// Storage grows in blocks of one metre on either side and is untouched while a wheel stays inside it. Beyond 100 km
+/// from the origin pressing throws std::runtime_error.
 class Rut {
  public:
   static constexpr double spacing = 1e-3;

@@ -79,6 +79,8 @@ TEST(PlacementReport, AToolThroughTheFloorOrBothSideWallsIsNamed) {
   EXPECT_NE(wide.find("tine is 0.24 m wide along z and passes through both walls of the container, 0.14 m apart"),
             std::string::npos)
       << wide;
+  EXPECT_EQ(look({"machine.surfaces.blade.box=20 180 240 mm", "soil.container.open after settling=[-z, +z]"}).start, "")
+      << "walls that are gone in the run";
 }
 
 /// At 0.5 m/s from x = 0.06 m to the wall at 0.3 m: 0.24 m, at 0.48 s.

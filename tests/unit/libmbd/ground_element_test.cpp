@@ -157,6 +157,18 @@ TEST(GroundElement, WheelPressesItsCircle) {
 
 // A wheel that is led forward and down has a rut as deep as it stands in every step, however far the ground's memory
 // lags behind: it takes the step's end.
+/// Where a machine has gone astray the rut is no reason to take all memory.
+TEST(GroundElement, ARutEndsAHundredKilometresAway) {
+  Rut rut;
+  rut.press_disk(9e4, 0.01, 0.3);
+  EXPECT_NEAR(rut.at(9e4).z, 0.01, 1e-9);
+  for (const double x : {2e5, -1e30, std::nan("")}) {
+    EXPECT_THROW(rut.press_disk(x, 0.01, 0.3), std::runtime_error) << x;
+    EXPECT_THROW(rut.press_flat(0, x, 0.01), std::runtime_error) << x;
+    EXPECT_THROW(rut.press(0, 0.01, x, 0.01), std::runtime_error) << x;
+  }
+}
+
 TEST(GroundElement, TheRutIsAsDeepAsWhatPressesDeeper) {
   for (const double h : {1e-3, 2e-2}) {
     GroundElement e = clay(0);
