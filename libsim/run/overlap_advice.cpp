@@ -187,6 +187,9 @@ std::string overlap_advice(const dem::BedFault& fault, const World& world, const
                                  deepest.other, force);
   if (const std::string wall = squeezed_between(*sphere, world); !wall.empty())
     return text + "; " + wall + ": end the run before, or make the container larger there";
+  if (fault.facts.time <= 0)
+    return text +
+           fmt::format("; it is placed there: move it, or what it overlaps, by {:.3g} mm", deepest.overlap * 1e3);
   const double half = 0.5 * scenario.limits.overlap * sphere->r, wanted = contact.force(half);
   if (!(force > 0) || !(wanted > 0)) return text + "; move slower, or less deep, or make the law stiffer";
   // A soft contact that gives way is pressed on: the stiffer one bears more, so the factor is that of the overlaps too.

@@ -249,6 +249,10 @@ std::string explain(const std::string& path) {
     }
     return text;
   }
+  if (path == "include" || path.ends_with(".include"))
+    return path +
+           "\n    a file, or a list of files, merged into this mapping key by key; own keys win, of several files the\n"
+           "    earlier one; a key without value removes an included one\n    value:   files\n";
   const Rows found = find_rows(path);
   if (found.rows.empty()) {
     const std::string_view renamed = present_of(parts_of(path).back());

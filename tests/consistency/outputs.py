@@ -149,7 +149,8 @@ def work_of_driver(case):
     work = table["energy.driver work"]
     size = max(compare.size_of(work), compare.size_of(table["energy.kinetic"]), 1e-9)
     # Beside soil a reaction in the middle of a step is the mean of both its ends, of which the first knows the soil's force of the step before.
-    late = case.base.summary()["run"].get("soil step [s]", 0.0) * compare.size_of(table["power"])
+    run = case.base.summary()["run"]
+    late = (run.get("machine step [s]", 0.0) if "soil step [s]" in run else 0.0) * compare.size_of(table["power"])
     off = compare.spread(table["work"] - work)
     return [f"driver work {work[-1]:.9g} J, integral of force times speed {table['work'][-1]:.9g} J"] if off > max(1e-4, case.floor) * size + late else []
 

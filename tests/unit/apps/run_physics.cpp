@@ -4,6 +4,7 @@
 #include "libsim/io/hdf5.hpp"
 #include "libsim/io/series.hpp"
 #include "libsim/run/input_report.hpp"
+#include "libsim/run/overlap_advice.hpp"
 #include "libsim/setup/world.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/program_runs.hpp"
@@ -504,6 +505,24 @@ output: {every: 20 ms, precision: double}
   };
   for (const char* set : {"materials.rock.yield strength=50 kPa", "contacts[0].S_y=50 kPa"})
     EXPECT_NE(refused(set).find("needs rho, a density"), std::string::npos) << refused(set);
+}
+
+/// No stiffness helps a sphere that is placed in a wall.
+TEST(RunPhysics, ASphereThatIsPlacedInAWallIsToBeMoved) {
+  const Loaded loaded = load_scenario_text(R"(subsoil: 1
+materials: {soil: {density: 2500 kg/m^3}}
+contacts: [{between: [soil, soil], law: linear, k_n: 50 kN/m, restitution: 0.6, mu: 0.5}]
+soil:
+  container: {size: 0.2 0.2 0.2 m, at: 0 0 0 m, material: soil}
+  bed: {fill: particles, material: soil, particles: [{position: 1 100 100 mm, radius: 10 mm}]}
+time: {end: 0.3 s}
+)",
+                                           "placed.yaml");
+  const World world = build_world(loaded, {.threads = 1});
+  const dem::BedFault fault({dem::BedFault::Kind::overlap, 0, 0, 0.9, 0.5}, "overlap");
+  EXPECT_EQ(
+      overlap_advice(fault, world, loaded.scenario),
+      "sphere 0 is pressed 9 mm into `wall -x` with 450 N; it is placed there: move it, or what it overlaps, by 9 mm");
 }
 
 // A tool that goes at 0.1 m/s at the end of the run, by a table that ends there or a formula that has no value behind

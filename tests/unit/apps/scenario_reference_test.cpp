@@ -135,6 +135,11 @@ TEST(ScenarioExplain, ASectionIsAScreenAndAnotherSectionsKeyIsNone) {
   }
 }
 
+TEST(ScenarioExplain, TheKeyThatMergesFiles) {
+  for (const char* path : {"include", "machine.include"})
+    EXPECT_NE(explain(path).find("merged into this mapping key by key"), std::string::npos) << path;
+}
+
 TEST(ScenarioExplain, UnknownPathGetsTheNearest) {
   try {
     explain("soil.bed.radus");
