@@ -417,34 +417,52 @@ void look_at_shared_events(const Loaded& loaded, const World& world, Texts& out)
   }
 }
 
-/// Events that nothing brings about as the machine starts: a time after the end, a value that is passed already.
+/// Events that nothing brings about as the machine starts: a time after the end, a value that is passed already, a
+/// joint that is as the event would leave it.
 void look_at_events(const Loaded& loaded, const World& world, Texts& out) {
   if (!world.machine) return;
   const std::vector<std::string>& names = world.machine->column_names();
   std::vector<double> values(names.size());
   world.machine->columns(values);
+  const auto column_of = [&](const std::string& name) -> std::optional<std::size_t> {
+    const auto at = std::find(names.begin(), names.end(), name);
+    return at == names.end() ? std::nullopt : std::optional(static_cast<std::size_t>(at - names.begin()));
+  };
   for (const JointEventSection& e : loaded.scenario.machine->events) {
     const std::string path = "machine.events." + e.name;
     if (e.at && *e.at > loaded.scenario.time.end)
       out.push_back(fmt::format("{}: {:g} s is after the end of the run, {:g} s: the event never comes",
                                 loaded.where(path + ".at"), *e.at, loaded.scenario.time.end));
-    const auto column = std::find(names.begin(), names.end(), e.measure);
-    if (column == names.end()) continue;
-    const auto k = static_cast<std::size_t>(column - names.begin());
-    const std::string& unit = world.machine->column_units()[k];
+    const bool closes = !e.closes.empty(), starts = !(world.machine->time() > 0);  // else it may have come before
+    const std::string& joint = closes ? e.closes : e.opens;
+    const auto open = column_of(joint + ".open");
+    const bool done = open && values[*open] == (closes ? 0 : 1);
+    std::vector<const JointEventSection*> reversing;
+    for (const JointEventSection& other : loaded.scenario.machine->events)
+      if ((closes ? other.opens : other.closes) == joint) reversing.push_back(&other);
+    const bool too_early = std::all_of(reversing.begin(), reversing.end(), [&](const JointEventSection* other) {
+      return e.at && other->at && *other->at >= *e.at;
+    });
+    if (starts && done && e.at && too_early)
+      out.push_back(fmt::format("{}: '{}' is {} then, so the event changes nothing{}", loaded.where(path + ".at"),
+                                joint, closes ? "closed" : "open",
+                                reversing.empty() ? "" : fmt::format("; `{}` comes later", reversing.front()->name)));
+    const auto measure = column_of(e.measure);
+    if (!measure) continue;
+    const std::string& unit = world.machine->column_units()[*measure];
     const bool above = !e.above.empty();
-    const double level = parse_quantity(above ? e.above : e.below, unit);
-    if (above ? values[k] <= level : values[k] >= level) continue;
-    // In the state of a run it may have come before.
-    const bool closes = !e.closes.empty();
-    const auto open = std::find(names.begin(), names.end(), (closes ? e.closes : e.opens) + ".open");
-    if (open != names.end() && values[static_cast<std::size_t>(open - names.begin())] == (closes ? 0 : 1)) continue;
+    const double value = values[*measure], level = parse_quantity(above ? e.above : e.below, unit);
+    if (above ? value <= level : value >= level) continue;
+    if (done && (!starts || reversing.empty())) continue;
+    const std::string advice =
+        done     ? fmt::format("After `{}` it comes only then: give another value if it is wanted at once",
+                               reversing.front()->name)
+        : closes ? "Let the joint start closed (`joint starts: closed`), or give another value"
+                 : "Let the joint start open (`joint starts: open`), or give another value";
     out.push_back(fmt::format(
         "{}: `{}` starts at {:.6g} {}, {} {} already: the event comes when it has returned and passes again. {}",
-        loaded.where(path + (above ? ".above" : ".below")), e.measure, values[k], unit, above ? "above" : "below",
-        above ? e.above : e.below,
-        closes ? "Let the joint start closed (`joint starts: closed`), or give another value"
-               : "Let the joint start open (`joint starts: open`), or give another value"));
+        loaded.where(path + (above ? ".above" : ".below")), e.measure, value, unit, above ? "above" : "below",
+        above ? e.above : e.below, advice));
   }
 }
 

@@ -140,6 +140,32 @@ time: {end: 1 s}
   EXPECT_EQ(warnings(late, {"time.end=6 s"}), "");
 }
 
+/// A hook that starts closed because another event opens it.
+TEST(RunInputs, EventsOfAJointThatIsAsTheyLeaveItAreNamed) {
+  const std::string hook = R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0 1 m}}
+  joints:
+    g: {translational: [ground, b], at: 0 0 m, along: 0 1}
+    hook: {fixed: [ground, b], at: 0 1 m}
+  measures: {h: {position: b, component: y}}
+  events:
+    drop: {opens: hook, at: 0.1 s}
+    catch: {closes: hook, measure: h, below: 2 m}
+time: {end: 0.5 s}
+)";
+  const std::string passed = warnings(hook);
+  EXPECT_NE(passed.find("below: `h` starts at 1 m, below 2 m already"), std::string::npos) << passed;
+  EXPECT_NE(passed.find("After `drop` it comes only then"), std::string::npos) << passed;
+  EXPECT_EQ(warnings(hook, {"machine.events.catch.below=0.9 m"}), "");
+  const std::string early = warnings(with(hook, "measure: h, below: 2 m", "at: 0.05 s"));
+  EXPECT_NE(early.find("at: 'hook' is closed then, so the event changes nothing; `drop` comes later"),
+            std::string::npos)
+      << early;
+  EXPECT_EQ(warnings(with(hook, "measure: h, below: 2 m", "at: 0.2 s")), "");
+}
+
 TEST(RunInputs, GravityAcrossThePlaneOfAMachineIsNamed) {
   const std::string mass = R"(subsoil: 1
 gravity: 0 -9.81 3 m/s^2
