@@ -194,7 +194,8 @@ class Miniature(Program):
                 values = v**2 + 1
             columns[f"{name} [{watch.get('unit', 'm')}]"] = values
         columns["rest.contacts [1]"] = 0 * t + 0.5 * ("counts" in faults)
-        columns["energy.lost [J]"] = (t[-1] - t if "losses" in faults else t)
+        power = numbers(d["machine"]["bodies"][names[0]]["mass"])[0] * (numbers(d["gravity"]) ** 2).sum() * t[-1]
+        columns["energy.lost [J]"] = power * (t[-1] - t if "losses" in faults else t)
         if "soil" in d:
             zero = 0 * t
             columns.update({"interface.on machine [J]": zero + ("interface" in faults) * t, "interface.on soil [J]": zero, "energy.external work [J]": zero})

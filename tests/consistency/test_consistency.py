@@ -14,6 +14,7 @@ import numpy  # noqa: E402
 import balances  # noqa: E402
 import compare  # noqa: E402
 import degenerate  # noqa: E402
+import similar  # noqa: E402
 from declarations import Declarations  # noqa: E402
 from geometry import Box, Faces, Function, Name, NotTransformable, Pair, Quantity, View, render  # noqa: E402
 from miniature import Miniature  # noqa: E402
@@ -88,7 +89,7 @@ PLANTED = {
     "impulse of machine": (coupled, "impulse"), "watches": (machine, "integral"), "work of driver": (driven, "driver"), "losses": (machine, "losses"),
     "python module": (machine, "python"),
     "equilibrium is at rest": (balanced, "equilibrium"), "counts": (machine, "counts"), "report": (machine, "report"), "resume": (machine, "resume"),
-    "fixed spheres": (stones, "fixed moves"), "overlaps are felt": (stones, "contacts"),
+    "similar scale": (machine, "handed"), "fixed spheres": (stones, "fixed moves"), "overlaps are felt": (stones, "contacts"),
 }
 
 
@@ -189,6 +190,41 @@ class Transformations(unittest.TestCase):
             text = render(Quantity((0.1234,), "m"), View(units=random.Random(seed)))
             value, unit = text.split()
             self.assertAlmostEqual(float(value) * {"mm": 1e-3, "cm": 1e-2, "m": 1}[unit], 0.1234, places=15)
+
+
+class Similarity(unittest.TestCase):
+    def test_units(self):
+        length, mass, time = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0))
+        for unit, n, wanted in (("N/m^(n)", 1.5, (-0.5, 1, -2)), ("N/m^(n+1)", 1.0, (-1, 1, -2)), ("m^3/(s Pa)", None, (4, -1, 1)), ("(N)/(m/s)^3", None, (-2, 1, 1)),
+                                ("N m s/rad", None, (2, 1, -1)), ("1/s", None, (0, 0, -1)), ("kg/m^3", None, (-3, 1, 0)), ("((1))/s^2", None, (0, 0, -2))):
+            self.assertEqual(similar.dimension(unit, n)[:3], wanted, unit)  # of length, mass, time
+        self.assertEqual([similar.factor("V", one) for one in (length, mass, time)], [4.0, 2.0, 0.125])
+        self.assertEqual(similar.factor("ohm", (0, 0, 0, 1)), 0.25)
+        for unit in "furlong", "N/m^(n)", "m?":
+            with self.assertRaises(similar.NoScale):
+                similar.dimension(unit)
+
+    def test_a_document(self):
+        kept = {"axis": "0 0 1", "mu": "0.3", "n": "2", "name": "b0"}
+        document = {"at": "0.1 -2e-3 m", "rate": "200 1/s", "stiffness": "10 N/m^(n)", "points": [["1 s", "3 rad/s"]], **kept}
+        self.assertEqual(similar.scaled(document, (2, 3, 1, 0)), {
+            "at": "0.4 -0.008 m", "rate": "100.0 1/s", "stiffness": "5.0 N/m^(n)", "points": [["2.0 s", "1.5 rad/s"]], **kept})
+        with self.assertRaises(similar.NoScale):
+            similar.scaled({"force": {"expression": "2*t", "unit": "N"}}, (1, 0, 0, 0))
+
+    def test_plain_numbers_of_controllers(self):
+        """1 N per m of a lag of 1 s: halves of both, in a world of lengths twice and times four times as large."""
+        lag = {"transfer function": "gap", "measured in": "m", "output in": "N", "numerator": ["1"], "denominator": ["1", "1"]}
+        self.assertEqual(similar.scaled(lag, (1, 0, 2, 0)), {**lag, "numerator": ["0.0625"], "denominator": ["4.0", "1.0"]})
+
+    def test_numbers_keep_their_bits_on_the_way_back(self):
+        for seed in range(50):
+            scale = similar.drawn_scale(seed)
+            text = similar.scaled("0.1234567890123456 m", scale)
+            self.assertEqual(float(text.split()[0]) / similar.factor("m", scale), 0.1234567890123456)
+
+    def test_texts_are_written_without_quotes(self):
+        self.assertEqual(similar.text_of({"n": "1.5", "closed": "no", "on": "b0"}), "{n: 1.5, closed: no, on: b0}\n")
 
 
 class Comparison(unittest.TestCase):
