@@ -111,8 +111,10 @@ bool Partition::solve_positions(MotionState& m) {
     if (iteration == 0 && !serve) factor_again(m);
     double now = 0;
     for (std::size_t k = 0; k < work_.size(); ++k) {
-      work_[k] = c_.phi[used_rows_[k].row];
-      now = std::max(now, std::abs(work_[k]));
+      const auto row = used_rows_[k].row;
+      work_[k] = c_.phi[row];
+      // An angle counts as its arc, and in a machine of more than a metre as it is.
+      now = std::max(now, std::abs(work_[k]) * std::min(1.0, row_scale_[static_cast<Eigen::Index>(row)]));
     }
     if (now <= goal || (now <= 1e-13 * scale && iteration > 0 && now > 0.1 * before)) {
       if (!choice_.redundant.empty() && residual() > 1e-8 * scale) break;

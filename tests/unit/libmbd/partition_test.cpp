@@ -10,12 +10,32 @@
 #include <string>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/drivers/angle_driver.hpp"
 #include "libmbd/joints/revolute.hpp"
+#include "libmbd/machine.hpp"
 #include "tests/tools/message_of.hpp"
 #include "tests/tools/rig.hpp"
 
 namespace subsoil::mbd::partition_test {
 namespace {
+
+/// Two driven arms of any size: an angle is rounded to 2e-16 rad, which in a machine of millimetres is no open joint.
+TEST(Partition, ClosesAnglesOfAMachineOfAnySize) {
+  for (const double size : {1e-4, 1e-3, 2e-3, 0.02, 1.0, 100.0}) {
+    Model m;
+    m.gravity = {0, 0};
+    m.add({.name = "crank", .mass = 1, .inertia = size * size, .pose = {0, 0, 0}});
+    m.add({.name = "arm", .mass = 1, .inertia = size * size, .pose = {size, 0, 0}});
+    m.add("pin", Revolute{.body_a = ground, .body_b = 1});
+    m.add("knee", Revolute{.body_a = 1, .body_b = 2, .p_a = {0.5 * size, 0}, .p_b = {-0.5 * size, 0}});
+    m.add("turn", AngleDriver{.first = ground, .second = 1, .motion = {.velocity = 10.0}});
+    m.add("fold", AngleDriver{.first = 1, .second = 2, .motion = {.velocity = 7.3}});
+    Machine machine(m);
+    machine.start_from_pose();
+    for (int k = 0; k < 300; ++k) ASSERT_NO_THROW(machine.advance(0.01)) << size;
+    EXPECT_NEAR(machine.body(2).angle, 51.9, 1e-9) << size;
+  }
+}
 
 /// A chain of bars listed from the tip to the ground, closed to the ground by a last pin: open order and a loop.
 Model loop(int bars) {
