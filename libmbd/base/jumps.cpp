@@ -28,10 +28,14 @@ double finite_or(double otherwise, Part part) {
 class JumpSearch {
  public:
   JumpSearch(const Function& f, Smooth wanted, double from, double until)
-      : f_(f), rates_(wanted == Smooth::value_and_rate), from_(from), until_(until) {}
+      : f_(f),
+        rates_(wanted == Smooth::value_and_rate),
+        from_(from),
+        until_(until),
+        shortest_(1e-9 * std::min(1.0, until - from)) {}
 
   std::optional<Jump> first() {
-    const double count = std::clamp(std::ceil((until_ - from_) / spacing), 1.0, most_samples);
+    const double count = std::clamp(std::ceil((until_ - from_) / spacing), least_samples, most_samples);
     std::vector<SampleOfMotion> samples;
     samples.reserve(static_cast<std::size_t>(count) + 1);
     for (double k = 0; k <= count; ++k) samples.push_back(at(from_ + (until_ - from_) * (k / count)));
@@ -45,7 +49,7 @@ class JumpSearch {
  private:
   static constexpr double spacing = 2.5e-4;          // s, of samples; that of Inputs
   static constexpr double most_samples = 4e5;        // 100 s
-  static constexpr double shortest = 1e-9;           // s; no body moves in it
+  static constexpr double least_samples = 1000;      // of a motion of milliseconds
   static constexpr double share_of_position = 1e-6;  // of the range: formulas in pieces, with constants of six digits
   static constexpr double share_of_velocity = 1e-4;  // of the maximum: 1e-8 of the kinetic energy
   static constexpr double rounding = 1e-12;          // of the maximum |f|
@@ -80,7 +84,7 @@ class JumpSearch {
 
   std::optional<Jump> within(const SampleOfMotion& a, const SampleOfMotion& b) const {
     const double middle = 0.5 * (a.t + b.t);
-    if (b.t - a.t <= shortest || middle <= a.t || middle >= b.t) return between(a, b);
+    if (b.t - a.t <= shortest_ || middle <= a.t || middle >= b.t) return between(a, b);
     const SampleOfMotion m = at(middle);
     if (jumps(a, m))
       if (const auto jump = within(a, m)) return jump;
@@ -90,8 +94,8 @@ class JumpSearch {
 
   /// A function has values of its own at the jump: those beside it count, but at the start the one that it has there.
   std::optional<Jump> between(const SampleOfMotion& a, const SampleOfMotion& b) const {
-    const SampleOfMotion left = a.t <= from_ ? a : at(std::max(from_, a.t - shortest)),
-                         right = b.t >= until_ ? b : at(b.t + shortest);
+    const SampleOfMotion left = a.t <= from_ ? a : at(std::max(from_, a.t - shortest_)),
+                         right = b.t >= until_ ? b : at(b.t + shortest_);
     // A root that begins has an infinite slope and no jump: what its slope beside it explains is none.
     const double slope = std::max(std::abs(left.rate), std::abs(right.rate)), width = right.t - left.t;
     const bool steep = rates_ && std::abs(right.value - left.value) < 4 * width * slope;
@@ -104,6 +108,7 @@ class JumpSearch {
   const Function& f_;
   bool rates_;
   double from_, until_;
+  double shortest_;              // s; no body moves in it: a nanosecond, or its share of a motion of less than a second
   double value_ = 0, rate_ = 0;  // what rounding and constants of a formula leave
 };
 

@@ -33,6 +33,22 @@ Function corner(double at, double size) {
             [=](double t) { return std::cos(t) + size * sign(t - at); }, [](double t) { return -std::sin(t); });
 }
 
+/// The same wave in seconds and in microseconds, without a jump and with one.
+TEST(Jumps, HaveNoTimeOfTheirOwn) {
+  for (const double unit : {1.0, 1e-3, 1e-6}) {
+    const auto wave = [=](double size) {
+      return of([=](double t) { return std::sin(t / unit) + size * sign(t / unit - 1.2); },
+                [=](double t) { return std::cos(t / unit) / unit; },
+                [=](double t) { return -std::sin(t / unit) / (unit * unit); });
+    };
+    EXPECT_FALSE(first_jump(wave(0), Smooth::value_and_rate, 0, 4 * unit)) << unit;
+    const auto found = first_jump(wave(0.25), Smooth::value_and_rate, 0, 4 * unit);
+    ASSERT_TRUE(found) << unit;
+    EXPECT_NEAR(found->time, 1.2 * unit, 1e-8 * unit);
+    EXPECT_NEAR(found->after - found->before, 0.5, 1e-6) << unit;
+  }
+}
+
 TEST(Jumps, AreFoundWithPlaceAndSize) {
   for (const double at : {0.123, 0.5, 1.0 / 3, 1.7}) {
     const auto value = first_jump(step(at, 0.25), Smooth::value, 0, 2);
