@@ -44,6 +44,30 @@ void Columns::add(const ColumnFamily<Owner>& family, const std::string& owner, c
   }
 }
 
+namespace {
+bool uses(const Watch& watch, const std::string& column) {
+  if (watch.kind != Watch::Kind::formula) return watch.of == column;
+  return std::any_of(watch.inputs.begin(), watch.inputs.end(), [&](const auto& i) { return i.second == column; });
+}
+
+/// Monitors as they are given, but those behind the ones that they use: an included file's come behind one's own.
+std::vector<Watch> in_order_of_use(const Loaded& loaded) {
+  std::vector<Watch> out, left = loaded.scenario.output.watch;
+  while (!left.empty()) {
+    const auto ready = std::find_if(left.begin(), left.end(), [&](const Watch& watch) {
+      return std::none_of(left.begin(), left.end(),
+                          [&](const Watch& other) { return other.name != watch.name && uses(watch, other.name); });
+    });
+    if (ready == left.end())
+      throw ScenarioError(loaded.where("output.monitor." + left.front().name) +
+                          ": is a monitor of monitors that use it in turn; let one of them be of a column");
+    out.push_back(*ready);
+    left.erase(ready);
+  }
+  return out;
+}
+}  // namespace
+
 Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simulation)
     : world_(world),
       simulation_(simulation),
@@ -61,7 +85,7 @@ Columns::Columns(const Loaded& loaded, World& world, coupling::Simulation& simul
     machine_values_.resize(world.machine->column_names().size());
   }
   if (world.bed) add_soil();
-  for (const Watch& watch : loaded.scenario.output.watch) {
+  for (const Watch& watch : in_order_of_use(loaded)) {
     add_watch(watch, loaded);
     watches_.back().of_machine = is_of_machine(watches_.back());
   }

@@ -1,6 +1,13 @@
 #include "libsim/scenario/scenario.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
 #include "libsim/document/arithmetic.hpp"
+#include "libsim/document/grammar.hpp"
 #include "libsim/keys/json_forms.hpp"
 #include "libsim/keys/key_list.hpp"
 #include "libsim/keys/nodes.hpp"
@@ -24,19 +31,39 @@ class KnownMaterials final : public Compound {
   const Scenario& scenario_;
 };
 
-/// Names for amounts, which the values that follow may hold. The explicit copy of a run holds what became of them.
+/// Names for amounts, which the values that follow may hold, and each other in any order: those of an included file
+/// come behind one's own. The explicit copy of a run holds what became of them.
 class ParameterList final : public Compound {
  public:
   void read(Reader& reader, const Field& field) override {
     reader.leaf(field, [&](const Node& node) {
+      std::vector<const Node::Entry*> pending;
       for (const Node::Entry& e : mapping_of(node).entries) {
-        const std::string path = reader.child(field.key) + "." + e.key;
-        reader.reading().places[path] = e.value.place;
-        try {
-          add_parameter(e.key, evaluate_arithmetic(scalar_of(e.value)));
-        } catch (const std::invalid_argument& fault) {
-          reader.fault(e.value, path, fault.what());
-        }
+        reader.reading().places[reader.child(field.key) + "." + e.key] = e.value.place;
+        pending.push_back(&e);
+      }
+      for (std::size_t before = pending.size() + 1; !pending.empty();) {
+        const bool last = pending.size() == before;  // what is missing now is not there
+        before = pending.size();
+        const std::vector<const Node::Entry*> unresolved = pending;
+        std::erase_if(pending, [&](const Node::Entry* e) {
+          try {
+            add_parameter(e->key, evaluate_arithmetic(scalar_of(e->value)));
+          } catch (const UnknownName& fault) {
+            if (!last) return false;
+            const auto named = std::find_if(unresolved.begin(), unresolved.end(), [&](const Node::Entry* other) {
+              return std::string_view(fault.what()).starts_with("`" + other->key + "` is no parameter");
+            });
+            reader.fault(
+                e->value, reader.child(field.key) + "." + e->key,
+                named == unresolved.end()
+                    ? fault.what()
+                    : fmt::format("`{}` has no value: it holds this one, or is at fault itself", (*named)->key));
+          } catch (const std::invalid_argument& fault) {
+            reader.fault(e->value, reader.child(field.key) + "." + e->key, fault.what());
+          }
+          return true;
+        });
       }
     });
   }
@@ -55,7 +82,7 @@ void describe(Fields& v, Scenario& s) {
   ParameterList parameters;
   v.visit_compound({"parameters",
                     "names that stand for values in all others: {a: 200 mm, b: 2*a + 30 mm}, then `length: b/2`; each "
-                    "may hold those above it; + - * / ^, brackets, pi, sqrt abs min max hypot sin cos tan asin acos "
+                    "may hold others; + - * / ^, brackets, pi, sqrt abs min max hypot sin cos tan asin acos "
                     "atan atan2 exp log"},
                    parameters);
   v.version("subsoil", s.version, "version of the scenario format: 1");

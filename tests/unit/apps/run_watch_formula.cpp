@@ -183,7 +183,21 @@ TEST(RunWatchFormula, RefusalsNamePlaceRuleAndCure) {
   says("speed.of.u=rod.vz", "no column 'rod.vz'; did you mean `rod.vx`?");
   says("speed.formula=sqrt(w)", "`w` is no name of a formula in u, v");
   says("speed.of=3", "must give names columns");
-  says("twice.of.s=odd", "no column 'odd'");  // stands after it
+}
+
+/// In any order: those of an included file are read behind one's own.
+TEST(RunWatchFormula, OfMonitorsThatStandBelow) {
+  const RunDirectory dir;
+  const std::string file = dir.scenario(swinging);
+  const std::vector<std::string> below{"output.monitor.odd.formula=3*s", "output.monitor.twice.of.s=odd"};
+  ASSERT_EQ(run_scenario(file, dir / "out", below), exit_ok);
+  const Series s = read_series(dir / "out/series.csv");
+  for (std::size_t i = 0; i < s.at("twice").size(); ++i) ASSERT_EQ(s.at("twice")[i], 2 * s.at("odd")[i]);
+  const std::string circle = message_of<ScenarioError>([&] {
+    run_scenario(file, dir / "none", {"output.monitor.twice.of.s=odd", "output.monitor.odd.of.s=twice"});
+  });
+  EXPECT_NE(circle.find("output.monitor.twice: is a monitor of monitors that use it in turn"), std::string::npos)
+      << circle;
 }
 
 }  // namespace

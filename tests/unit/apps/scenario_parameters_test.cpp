@@ -98,6 +98,15 @@ TEST(Parameters, AMachineScalesWithThem) {
   EXPECT_DOUBLE_EQ(two.machine->bodies[0].inertia, 0.5);
 }
 
+// In any order: those of an included file are read behind one's own.
+TEST(Parameters, HoldEachOtherInAnyOrder) {
+  const Scenario s =
+      load_scenario_text(with("half: len/2, len: 2*unit, unit: 1 m", "mass: 1 kg, inertia: 1 kg m^2, at: [half, 0 m]"),
+                         "rod.yaml", {})
+          .scenario;
+  EXPECT_DOUBLE_EQ(s.machine->bodies[0].at[0], 1);
+}
+
 TEST(Parameters, StandInFormulasForTheirNumbers) {
   const std::string load = "  forces: {load: {force: rod, moment: {expression: F_0*sin(w*t), unit: % m}}}\n";
   const auto filled = [&](const std::string& unit) {
@@ -118,10 +127,10 @@ TEST(Parameters, RefusalsNameThePlace) {
   EXPECT_NE(fault(with("p: 2", body)).find("rod.yaml:4:24 machine.bodies.rod.mass = 2*q kg: `q` is no parameter"),
             std::string::npos)
       << fault(with("p: 2", body));
-  EXPECT_NE(fault(with("half: len/2, len: 1 m", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m"))
-                .find("rod.yaml:2:20 parameters.half = len/2: `len` is no parameter"),
+  const std::string circle = fault(with("half: len/2, len: 2*half", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m"));
+  EXPECT_NE(circle.find("rod.yaml:2:20 parameters.half = len/2: `len` has no value: it holds this one"),
             std::string::npos)
-      << "only those above are known";
+      << circle;
   EXPECT_NE(fault(with("len: 1 m", "mass: 1 kg, inertia: 1 kg m^2, at: [len, 0 m]"), {"parameters.lem=2 m"})
                 .find("--set parameters.lem = 2 m: no value names this parameter"),
             std::string::npos);
