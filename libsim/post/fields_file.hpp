@@ -2,8 +2,8 @@
 #include <filesystem>
 #include <string>
 
-#include "libsim/io/hdf5.hpp"
 #include "libsim/base/coarse_graining.hpp"
+#include "libsim/io/hdf5.hpp"
 
 namespace subsoil::sim {
 

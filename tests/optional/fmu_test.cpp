@@ -7,8 +7,8 @@
 #include "tests/tools/paths.hpp"
 #include "tests/tools/scratch.hpp"
 
-/// FMUs under an importer that is not ours, FMPy (fmu_fmpy.py): validation, simulation, states, instances; and a tine of
-/// the multibody program Exudyn in the soil FMU (fmu_exudyn.py). Neither is a package of Debian; SUBSOIL_FMPY_PYTHON
+/// FMUs under an importer that is not ours, FMPy (fmu_fmpy.py): validation, simulation, states, instances; and a tine
+/// of the multibody program Exudyn in the soil FMU (fmu_exudyn.py). Neither is a package of Debian; SUBSOIL_FMPY_PYTHON
 /// names the Python of a virtual environment that has them.
 namespace subsoil::sim::fmu_test {
 namespace {
