@@ -40,12 +40,15 @@ struct DesignChecker {
     problems.add(place_of(reading.places, path), path, rule);
   }
 
-  void numbers(const std::vector<SweepNumber>& list) {
-    if (list.empty()) refuse("numbers", "is missing: nothing is taken of the runs");
-    for (const SweepNumber& n : list) {
-      const auto [key, rule] = n.fault();
-      if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
-    }
+  template <class Plan>
+  void numbers(const Plan& plan) {
+    if (plan.numbers.empty()) refuse("numbers", "is missing: nothing is taken of the runs");
+    std::vector<std::string> varied;
+    for (const auto& p : plan.parameters) varied.insert(varied.end(), p.paths.begin(), p.paths.end());
+    const auto end = common_end(written_scenario(plan.scenario, split_at_semicolons(plan.set)), varied);
+    for (const SweepNumber& n : plan.numbers)
+      for (const auto& [key, rule] : {n.fault(), window_fault(n, end)})
+        if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
   }
 
   template <class Parameter>
@@ -159,7 +162,7 @@ OptimisePlan load_optimise(const std::string& file, const std::vector<std::strin
   OptimisePlan plan = read_plan<OptimisePlan>(file, sets, reading);
   DesignChecker checker{file, reading, problems};
   if (problems.empty()) {
-    checker.parameters(plan.parameters, plan.scenario, plan.set), checker.numbers(plan.numbers), checker.words(plan);
+    checker.parameters(plan.parameters, plan.scenario, plan.set), checker.numbers(plan), checker.words(plan);
     for (const DesignParameter& p : plan.parameters) checker.bounds(p);
     checker.formulas(plan);
   }
@@ -183,7 +186,7 @@ SensitivityPlan load_sensitivity(const std::string& file, const std::vector<std:
   Reading reading(problems);
   SensitivityPlan plan = read_plan<SensitivityPlan>(file, sets, reading);
   DesignChecker checker{file, reading, problems};
-  if (problems.empty()) checker.parameters(plan.parameters, plan.scenario, plan.set), checker.numbers(plan.numbers);
+  if (problems.empty()) checker.parameters(plan.parameters, plan.scenario, plan.set), checker.numbers(plan);
   if (!problems.empty()) throw ScenarioError(problems);
   checker.scenario(plan.scenario, split_at_semicolons(plan.set), {});
   std::vector<std::string> first;

@@ -1,12 +1,16 @@
 #include "libsim/studies/sweep/number.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
 #include <string_view>
 
+#include "libsim/document/document.hpp"
 #include "libsim/document/expression.hpp"
+#include "libsim/document/quantity.hpp"
 #include "libsim/document/units.hpp"
 #include "libsim/keys/ranges.hpp"
 #include "libsim/post/run_folder.hpp"
@@ -171,6 +175,24 @@ std::pair<std::string, std::string> SweepNumber::fault() const {
     return {"off", error.what()};
   }
   return {};
+}
+
+std::optional<double> common_end(const Node& scenario, const std::vector<std::string>& varied) {
+  const auto is_of_time = [](const std::string& path) { return path == "time" || path.starts_with("time."); };
+  const Node* const end = find_path(scenario, "time.end");
+  if (end == nullptr || end->kind != Node::Kind::scalar || std::any_of(varied.begin(), varied.end(), is_of_time))
+    return {};
+  try {
+    return parse_quantity(end->scalar, "s");
+  } catch (const std::exception&) {  // of parameters, or a fault that the scenario's own check names
+    return {};
+  }
+}
+
+std::pair<std::string, std::string> window_fault(const SweepNumber& n, std::optional<double> end) {
+  if (!end || !(*end > 0) || !n.from || *n.from < *end) return {};
+  return {"from",
+          fmt::format("{:g} s is not before the end of the runs, {:g} s: there is no row behind it", *n.from, *end)};
 }
 
 std::string unit_of(const RunFolder& run, const SweepNumber& n) {

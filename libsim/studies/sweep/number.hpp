@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "libsim/document/node.hpp"
+
 namespace subsoil::sim {
 
 struct RunFolder;
@@ -59,6 +61,11 @@ struct SweepNumber {
 struct NumberOfRun {
   double value, half_width;  ///< half of the 95 % interval of a mean; NaN where it could not be taken
 };
+/// The end of a study's runs, s, where none of the varied paths may move it; empty: it is not known beforehand.
+std::optional<double> common_end(const Node& scenario, const std::vector<std::string>& varied);
+/// Key and rule that a number's window breaks in runs of that end; both empty: none.
+std::pair<std::string, std::string> window_fault(const SweepNumber& number, std::optional<double> end);
+
 NumberOfRun take_number(const RunFolder& run, const SweepNumber& number);
 /// Of the number: its column's, that in brackets in the summary's path, or empty where none is known.
 std::string unit_of(const RunFolder& run, const SweepNumber& number);

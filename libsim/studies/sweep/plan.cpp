@@ -45,9 +45,9 @@ struct PlanChecker {
                                      p.unit.empty() ? "" : " ", p.unit));
   }
 
-  void number(SweepNumber& n) {
-    const auto [key, rule] = n.fault();
-    if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
+  void number(SweepNumber& n, std::optional<double> end) {
+    for (const auto& [key, rule] : {n.fault(), window_fault(n, end)})
+      if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
   }
 
   void best() {
@@ -67,7 +67,10 @@ struct PlanChecker {
     for (SweepParameter& p : plan.parameters) parameter(p);
     refuse_shared_keys(plan.parameters, written_scenario(plan.scenario, split_at_semicolons(plan.set)),
                        [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
-    for (SweepNumber& n : plan.numbers) number(n);
+    std::vector<std::string> varied;
+    for (const SweepParameter& p : plan.parameters) varied.insert(varied.end(), p.paths.begin(), p.paths.end());
+    const auto end = common_end(written_scenario(plan.scenario, split_at_semicolons(plan.set)), varied);
+    for (SweepNumber& n : plan.numbers) number(n, end);
     best();
   }
 };

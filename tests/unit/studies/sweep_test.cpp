@@ -98,6 +98,7 @@ TEST(SweepPlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
   refuses("values: [1 kg, 2 kg, 4 kg]", "between: 4 1", "the least first");
   refuses("values: [1 kg, 2 kg, 4 kg]", "", "needs one of `values`, `factors`, `between` and `seeds`");
   refuses("column: height, ", "", "needs one of `column`");
+  refuses("column: height, ", "column: height, from: 100 s, ", "100 s is not before the end of the runs");
   refuses("largest sag", "largest sack", "did you mean `sag`");
   refuses("largest sag", "most sag", "must be `least NUMBER` or `largest NUMBER`");
   refuses("machine.forces.spring.stiffness", "machine.forces.spring", "no single value");
