@@ -255,7 +255,7 @@ void Adaptive::stop_at_hidden_contact(double begin) {
     for (std::size_t i = 0; i < end.gaps.size(); ++i)
       if (switches_.side(i) > 0) end.gaps[i] = std::max(end.gaps[i], 0.0);
     const auto found = find_hidden_contact(switches_, ways, step_begin_, end, look);
-    if (!found || !(found->closed < end.t)) break;
+    if (!found) break;
     const auto at = [&](double share) { return found->open + share * (found->closed - found->open); };
     const auto gap = [&](double share) {
       GapSample sample{.t = at(share)};

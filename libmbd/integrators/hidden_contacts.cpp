@@ -46,7 +46,8 @@ std::optional<HiddenContact> find_hidden_contact(const Switches& switches, const
     std::erase_if(pieces, [&](const Piece& p) {
       const double way = way_to_close(switches, p);
       widest = std::max(widest, way);
-      return !(way > ways.finest) || !(p.begin.t < 0.5 * (p.begin.t + p.end.t));
+      const double middle = 0.5 * (p.begin.t + p.end.t);
+      return !(way > ways.finest && p.begin.t < middle && middle < p.end.t);
     });
     const bool goes_on = pieces.size() <= isolated || (looks < most_looks && widest > ways.minimum);
     if (pieces.empty() || !goes_on) return {};

@@ -229,11 +229,12 @@ class FormulaReader {
       known.insert(known.end(), {"pi", "e"});
       known.insert(known.end(), language_.names.begin(), language_.names.end());
       if (is_common_unit(word))
-        throw UnknownName(fmt::format("`{}` is a unit, and stands behind a number; no parameter has its name", word));
-      throw UnknownName(fmt::format("`{}` is no parameter{}", word, suggestion(std::string(word), known)));
+        throw UnknownName(word,
+                          fmt::format("`{}` is a unit, and stands behind a number; no parameter has its name", word));
+      throw UnknownName(word, fmt::format("`{}` is no parameter{}", word, suggestion(std::string(word), known)));
     }
-    throw UnknownName(fmt::format("`{}` is no name of a formula in {}{}", word, fmt::join(language_.names, ", "),
-                                  suggestion(std::string(word), known)));
+    throw UnknownName(word, fmt::format("`{}` is no name of a formula in {}{}", word, fmt::join(language_.names, ", "),
+                                        suggestion(std::string(word), known)));
   }
 
   // ---- units ----

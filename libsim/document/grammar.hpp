@@ -87,7 +87,8 @@ struct FormulaLanguage {
 
 /// A name that the language does not have.
 struct UnknownName : UnitError {
-  using UnitError::UnitError;
+  UnknownName(std::string_view which, const std::string& text) : UnitError(text), name(which) {}
+  std::string name;
 };
 
 /// Throws UnitError with rule and cure for what is no formula, UnknownName for a name that is not there.

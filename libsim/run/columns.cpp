@@ -60,7 +60,7 @@ std::vector<Watch> in_order_of_use(const Loaded& loaded) {
     });
     if (ready == left.end())
       throw ScenarioError(loaded.where("output.monitor." + left.front().name) +
-                          ": is a monitor of monitors that use it in turn; let one of them be of a column");
+                          ": uses monitors that use it: a circle; let one of them be of a column");
     out.push_back(*ready);
     left.erase(ready);
   }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 #include <vector>
 
 #include "libsim/document/arithmetic.hpp"
@@ -51,14 +50,11 @@ class ParameterList final : public Compound {
             add_parameter(e->key, evaluate_arithmetic(scalar_of(e->value)));
           } catch (const UnknownName& fault) {
             if (!last) return false;
-            const auto named = std::find_if(unresolved.begin(), unresolved.end(), [&](const Node::Entry* other) {
-              return std::string_view(fault.what()).starts_with("`" + other->key + "` is no parameter");
-            });
-            reader.fault(
-                e->value, reader.child(field.key) + "." + e->key,
-                named == unresolved.end()
-                    ? fault.what()
-                    : fmt::format("`{}` has no value: it holds this one, or is at fault itself", (*named)->key));
+            const bool stands = std::any_of(unresolved.begin(), unresolved.end(),
+                                            [&](const Node::Entry* other) { return other->key == fault.name; });
+            reader.fault(e->value, reader.child(field.key) + "." + e->key,
+                         stands ? fmt::format("`{}` has no value: it holds this one, or is at fault itself", fault.name)
+                                : fault.what());
           } catch (const std::invalid_argument& fault) {
             reader.fault(e->value, reader.child(field.key) + "." + e->key, fault.what());
           }

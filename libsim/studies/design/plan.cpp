@@ -45,10 +45,8 @@ struct DesignChecker {
     if (plan.numbers.empty()) refuse("numbers", "is missing: nothing is taken of the runs");
     std::vector<std::string> varied;
     for (const auto& p : plan.parameters) varied.insert(varied.end(), p.paths.begin(), p.paths.end());
-    const auto end = common_end(written_scenario(plan.scenario, split_at_semicolons(plan.set)), varied);
-    for (const SweepNumber& n : plan.numbers)
-      for (const auto& [key, rule] : {n.fault(), window_fault(n, end)})
-        if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
+    const Node scenario = written_scenario(plan.scenario, split_at_semicolons(plan.set));
+    for (const auto& [path, rule] : faults_of(plan.numbers, scenario, varied)) refuse(path, rule);
   }
 
   template <class Parameter>

@@ -177,6 +177,8 @@ std::pair<std::string, std::string> SweepNumber::fault() const {
   return {};
 }
 
+namespace {
+/// Of all runs, s; empty: it is not known beforehand.
 std::optional<double> common_end(const Node& scenario, const std::vector<std::string>& varied) {
   const auto is_of_time = [](const std::string& path) { return path == "time" || path.starts_with("time."); };
   const Node* const end = find_path(scenario, "time.end");
@@ -193,6 +195,18 @@ std::pair<std::string, std::string> window_fault(const SweepNumber& n, std::opti
   if (!end || !(*end > 0) || !n.from || *n.from < *end) return {};
   return {"from",
           fmt::format("{:g} s is not before the end of the runs, {:g} s: there is no row behind it", *n.from, *end)};
+}
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> faults_of(const std::vector<SweepNumber>& numbers,
+                                                           const Node& scenario,
+                                                           const std::vector<std::string>& varied) {
+  const std::optional<double> end = common_end(scenario, varied);
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const SweepNumber& n : numbers)
+    for (const auto& [key, rule] : {n.fault(), window_fault(n, end)})
+      if (!rule.empty()) out.emplace_back("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
+  return out;
 }
 
 std::string unit_of(const RunFolder& run, const SweepNumber& n) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libsim/document/node.hpp"
@@ -61,10 +62,11 @@ struct SweepNumber {
 struct NumberOfRun {
   double value, half_width;  ///< half of the 95 % interval of a mean; NaN where it could not be taken
 };
-/// The end of a study's runs, s, where none of the varied paths may move it; empty: it is not known beforehand.
-std::optional<double> common_end(const Node& scenario, const std::vector<std::string>& varied);
-/// Key and rule that a number's window breaks in runs of that end; both empty: none.
-std::pair<std::string, std::string> window_fault(const SweepNumber& number, std::optional<double> end);
+/// Paths in a plan (`numbers.NAME.KEY`) and the rules that its numbers break in runs of the scenario, where what varies
+/// does not move their end.
+std::vector<std::pair<std::string, std::string>> faults_of(const std::vector<SweepNumber>& numbers,
+                                                           const Node& scenario,
+                                                           const std::vector<std::string>& varied);
 
 NumberOfRun take_number(const RunFolder& run, const SweepNumber& number);
 /// Of the number: its column's, that in brackets in the summary's path, or empty where none is known.

@@ -45,11 +45,6 @@ struct PlanChecker {
                                      p.unit.empty() ? "" : " ", p.unit));
   }
 
-  void number(SweepNumber& n, std::optional<double> end) {
-    for (const auto& [key, rule] : {n.fault(), window_fault(n, end)})
-      if (!rule.empty()) refuse("numbers." + n.name + (key.empty() ? "" : "." + key), rule);
-  }
-
   void best() {
     if (plan.best.empty()) return;
     std::vector<std::string> names;
@@ -65,12 +60,12 @@ struct PlanChecker {
   void all() {
     if (plan.parameters.empty()) refuse("parameters", "is missing: nothing changes");
     for (SweepParameter& p : plan.parameters) parameter(p);
-    refuse_shared_keys(plan.parameters, written_scenario(plan.scenario, split_at_semicolons(plan.set)),
+    const Node scenario = written_scenario(plan.scenario, split_at_semicolons(plan.set));
+    refuse_shared_keys(plan.parameters, scenario,
                        [&](const std::string& path, const std::string& rule) { refuse(path, rule); });
     std::vector<std::string> varied;
     for (const SweepParameter& p : plan.parameters) varied.insert(varied.end(), p.paths.begin(), p.paths.end());
-    const auto end = common_end(written_scenario(plan.scenario, split_at_semicolons(plan.set)), varied);
-    for (SweepNumber& n : plan.numbers) number(n, end);
+    for (const auto& [path, rule] : faults_of(plan.numbers, scenario, varied)) refuse(path, rule);
     best();
   }
 };
