@@ -55,7 +55,7 @@ concept IsSphereForce = std::copy_constructible<F> && requires(const F& force, c
 class SphereForce {
  public:
   template <class F>
-  requires IsSphereForce<F> &&(!std::same_as<F, SphereForce>)SphereForce(F force)
+  requires(!std::same_as<F, SphereForce>) && IsSphereForce<F> SphereForce(F force)
       : held_(std::make_unique<HeldForce<F>>(std::move(force))) {}  // NOLINT: a force is one
   SphereForce(const SphereForce& other) : held_(other.held_->copy()) {}
   SphereForce(SphereForce&&) noexcept = default;
