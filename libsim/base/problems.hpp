@@ -8,7 +8,8 @@ namespace subsoil::sim {
 
 /// Where something was written: a file's line and column (from 1), or the command line.
 struct Place {
-  std::string file;  // as the user named it; "--set" for the command line
+  static constexpr const char* command_line = "--set";
+  std::string file;  // as the user named it, or command_line
   int line = 0, column = 0;
   std::string text() const;  // "till.yaml:41:9" or "--set"
 };

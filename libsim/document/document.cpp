@@ -62,7 +62,7 @@ const Node* below(const Node& node, const std::string& part) {
 }
 
 void apply_set(Node& root, const std::string& set, Problems& problems) {
-  const Place place{"--set", 0, 0};
+  const Place place{Place::command_line, 0, 0};
   const std::size_t equals = set.find('=');
   if (equals == std::string::npos || equals == 0) {
     problems.add(place, set, "must be path=value, such as soil.bed.radius=\"12 mm\"");

@@ -250,12 +250,12 @@ Node parse_yaml(const std::string& text, const std::string& name, Problems& prob
 
 std::optional<Node> parse_set(const std::string& set, const std::string& path, Problems& problems) {
   const std::string value = set.substr(set.find('=') + 1);
-  check_text(set, "--set");
+  check_text(set, Place::command_line);
   try {
-    check_yaml_bounds(value, "--set");
-    return Builder(problems, {"--set"}).build(YAML::Load(value), path, 0);
+    check_yaml_bounds(value, Place::command_line);
+    return Builder(problems, {Place::command_line}).build(YAML::Load(value), path, 0);
   } catch (const YAML::Exception& e) {
-    problems.add({"--set", 0, 0}, path, value, "no YAML: " + e.msg);
+    problems.add({Place::command_line, 0, 0}, path, value, "no YAML: " + e.msg);
     return {};
   }
 }

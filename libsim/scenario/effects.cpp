@@ -7,6 +7,7 @@
 #include <string_view>
 #include <variant>
 
+#include "libsim/scenario/integrator_choice.hpp"
 #include "libsim/scenario/scenario.hpp"
 
 namespace subsoil::sim {
@@ -48,13 +49,22 @@ bool has_machine(const Scenario& s) { return s.machine.has_value(); }
 bool has_machine_in_soil(const Scenario& s) { return s.machine && s.has_bed(); }
 bool iterates(const Scenario& s) { return has_machine_in_soil(s) && s.time.coupling == CouplingWord::iterated; }
 
+/// Whether the machine is integrated by one of these.
+template <mbd::IntegratorKind... Kinds>
+bool integrates_by(const Scenario& s) {
+  return !s.machine || ((integrator_of(s) == Kinds) || ...);  // without a machine another entry refuses the key
+}
+constexpr auto by_adams_moulton = integrates_by<mbd::IntegratorKind::adams_moulton>;
+constexpr auto by_ida = integrates_by<mbd::IntegratorKind::ida>;
+constexpr auto by_variable_steps = integrates_by<mbd::IntegratorKind::cvode, mbd::IntegratorKind::ida>;
+
 constexpr const char* no_spheres = "there are no spheres";
 constexpr const char* no_bed = "there is neither soil nor a boundary";
 constexpr const char* no_machine = "there is no machine";
 constexpr const char* no_machine_in_soil = "there is no machine in soil";
 constexpr const char* not_iterated = "it is of `time.coupling: iterated`";
 
-constexpr std::array<ConditionalKey, 34> keys{{
+constexpr std::array<ConditionalKey, 38> keys{{
     {"soil.bed.seed", draws_numbers, "the fill draws no random number: every seed gives the same bed"},
     {"soil.bed.shares", draws_radii, "the radii are not drawn from a distribution"},
     {"soil.bed.inside machine", has_solids, "there is neither a machine's surface nor a boundary"},
@@ -76,11 +86,14 @@ constexpr std::array<ConditionalKey, 34> keys{{
     {"time.machine.integrator", has_machine, no_machine},
     {"time.machine.locate events", has_machine, no_machine},
     {"time.machine.step", has_machine, no_machine},
-    // Of one method or another, which a command line may choose beside the file that has them all.
     {"time.machine.order", has_machine, no_machine},
     {"time.machine.rtol", has_machine, no_machine},
     {"time.machine.atol", has_machine, no_machine},
     {"time.machine.formulation", has_machine, no_machine},
+    {"time.machine.order", by_adams_moulton, "it is of `integrator: adams-moulton`", true},
+    {"time.machine.rtol", by_variable_steps, "it is of `integrator: cvode` and `ida`", true},
+    {"time.machine.atol", by_variable_steps, "it is of `integrator: cvode` and `ida`", true},
+    {"time.machine.formulation", by_ida, "it is of `integrator: ida`", true},
     {"time.machine.soil steps per machine step", has_machine_in_soil, no_machine_in_soil},
     {"limits.overlap", has_bed, no_bed},
     {"limits.speed", has_bed, no_bed},
@@ -95,6 +108,18 @@ constexpr std::array<ConditionalKey, 34> keys{{
      "it is of `engine: liggghts`, which works on many processes"},
     {"precision", has_bed, no_bed},
 }};
+
+/// What chooses the integrator; see integrator_of.
+constexpr std::array<std::string_view, 4> chooses_method{"analysis", "time.machine.integrator", "time.machine.step",
+                                                         "time.machine.order"};
+
+/// A command line may choose a method beside a file that has the keys of several.
+bool method_is_set_apart(std::string_view key, const Places& places) {
+  return std::any_of(chooses_method.begin(), chooses_method.end(), [&](std::string_view by) {
+    const std::string path(by);
+    return by != key && places.contains(path) && place_of(places, path).file == Place::command_line;
+  });
+}
 
 /// Takes one key, with all below it, out of a document.
 void erase(Node& node, std::string_view path) {
@@ -115,7 +140,7 @@ std::span<const ConditionalKey> conditional_keys() { return keys; }
 
 void check_effects(const Scenario& s, const Places& places, Problems& problems) {
   for (const ConditionalKey& key : keys)
-    if (places.contains(key.path) && !key.acts(s))
+    if (places.contains(key.path) && !key.acts(s) && !(key.of_method && method_is_set_apart(key.path, places)))
       problems.add(place_of(places, key.path), key.path, fmt::format("has no effect: {}; leave it out", key.otherwise));
 }
 

@@ -16,6 +16,8 @@ struct ConditionalKey {
   /// Whether a change of its value may change the run.
   bool (*acts)(const Scenario& s);
   const char* otherwise;  ///< why it has no effect: "the fill draws no random number"
+  /// Without effect on the integrator chosen: taken where a command line chooses it.
+  bool of_method = false;
 };
 std::span<const ConditionalKey> conditional_keys();
 

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "libmbd/machine.hpp"
+#include "libsim/scenario/integrator_choice.hpp"
 #include "libsim/scenario/load.hpp"
 
 namespace subsoil::sim {
@@ -16,10 +17,7 @@ struct MachineStart {
 /// when the scenario has none. Throws ScenarioError (place added) for what libmbd refuses.
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded, const MachineStart& start = {});
 
-/// The integrator that the scenario asks for. `auto`: cvode, which chooses its steps by their error, for a machine
-/// alone; adams-moulton where the step is given, be it by the soil or by the user.
-mbd::IntegratorKind integrator_of(const Scenario& s);
-/// Absolute error that its variable-step method is asked for; 0 of methods without.
+/// Absolute error that the machine's variable-step method is asked for; 0 of methods without.
 double atol_of(const Scenario& s);
 
 /// The longest part of a machine step that fixed steps can take for the waves of beams, s; infinity without beams.

@@ -10,7 +10,7 @@
 /// End, steps, integrator.
 namespace subsoil::sim {
 
-/// automatic: see integrator_of() in build/machine.hpp.
+/// automatic: see integrator_of() in libsim/scenario/integrator_choice.hpp.
 enum class IntegratorWord { automatic, adams_moulton, cvode, ida };
 struct MachineTime {
   IntegratorWord integrator = IntegratorWord::automatic;

@@ -106,6 +106,30 @@ TEST(ScenarioEffects, AKeyIsRefusedWhereItHasNoEffectAndTakenWhereItHas) {
   }
 }
 
+/// Tolerances beside a fixed step were taken without effect. A command line may choose a method beside a file that has
+/// the keys of several.
+TEST(ScenarioEffects, KeysOfAnotherIntegratorAreRefusedUnlessTheCommandLineChoosesIt) {
+  const auto with = [](const std::string& machine) {
+    std::string text = alone;
+    return text.replace(text.find("{end: 1 ms}"), 11, "{end: 1 ms, machine: {" + machine + "}}");
+  };
+  EXPECT_NE(refusal(with("step: 1 ms, rtol: 1e-6"), {})
+                .find("time.machine.rtol: has no effect: it is of `integrator: "
+                      "cvode` and `ida`"),
+            std::string::npos);
+  EXPECT_NE(refusal(with("integrator: cvode, order: 3"), {}).find("time.machine.order: has no effect"),
+            std::string::npos);
+  EXPECT_NE(refusal(with("integrator: cvode"), {"time.machine.order=3"}).find("time.machine.order: has no effect"),
+            std::string::npos);
+  EXPECT_NE(refusal(with("formulation: index 1"), {}).find("it is of `integrator: ida`"), std::string::npos);
+  EXPECT_EQ(refusal(with("rtol: 1e-6, atol: 1e-6"), {}), "");
+  EXPECT_EQ(refusal(with("integrator: ida, rtol: 1e-6, formulation: index 1"), {}), "");
+  EXPECT_EQ(refusal(with("integrator: ida, rtol: 1e-6, formulation: index 1"),
+                    {"time.machine.integrator=adams-moulton", "time.machine.order=3"}),
+            "");
+  EXPECT_EQ(refusal(with("rtol: 1e-6"), {"time.machine.step=1e-4"}), "");
+}
+
 /// Every key of the sections whose keys depend on each other is either listed as conditional, or here: what refuses it
 /// elsewhere, or why it acts wherever it may stand. A new key fails until it is in one of the lists.
 TEST(ScenarioEffects, EveryKeyOfTheseSectionsIsClassified) {
