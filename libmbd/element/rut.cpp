@@ -2,21 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace subsoil::mbd {
 
 namespace {
-constexpr long block = 1000;      // grid points per growth: one metre
-constexpr double farthest = 1e5;  // m; 0.8 GB of depths
+constexpr long block = 1000;         // grid points per growth
+constexpr double most_points = 1e8;  // 0.8 GB of depths
 
-void require_near(double x0, double x1) {
-  for (const double x : {x0, x1})
-    if (!(std::abs(x) <= farthest))
-      throw std::runtime_error("a wheel or ground element presses the ground at x = " + std::to_string(x) +
-                               " m; ruts are kept up to 100 km from the origin: is its velocity right?");
+void require_near(double x0, double x1, double spacing) {
+  const double farthest = most_points * spacing;
+  for (const double x : {x0, x1}) {
+    if (std::abs(x) <= farthest) continue;
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "a wheel or ground element presses the ground at x = %.6g m; ruts on its grid of %.3g mm are kept up "
+                  "to %.3g km from the origin: is its velocity right?",
+                  x, 1e3 * spacing, 1e-3 * farthest);
+    throw std::runtime_error(text);
+  }
 }
 }  // namespace
 
@@ -26,10 +32,10 @@ double Rut::stored(long i) const {
 }
 
 Rut::Depth Rut::at(double x) const {
-  const double u = x / spacing, base = std::floor(u);
+  const double u = x / spacing_, base = std::floor(u);
   const long i = static_cast<long>(base);
   const double left = stored(i), right = stored(i + 1);
-  return {left + (u - base) * (right - left), (right - left) / spacing};
+  return {left + (u - base) * (right - left), (right - left) / spacing_};
 }
 
 void Rut::deepen(long i, double z) {
@@ -46,13 +52,13 @@ void Rut::deepen(long i, double z) {
 
 void Rut::press(double x0, double z0, double x1, double z1) {
   if (z0 <= 0 && z1 <= 0) return;
-  require_near(x0, x1);
+  require_near(x0, x1, spacing_);
   if (x0 > x1) std::swap(x0, x1), std::swap(z0, z1);
   // Grid points inside the passed stretch; a step shorter than the grid often holds none, which is right: the point
   // is pressed by the step that crosses it.
-  const long from = static_cast<long>(std::ceil(x0 / spacing)), to = static_cast<long>(std::floor(x1 / spacing));
+  const long from = static_cast<long>(std::ceil(x0 / spacing_)), to = static_cast<long>(std::floor(x1 / spacing_));
   for (long i = from; i <= to; ++i) {
-    const double x = static_cast<double>(i) * spacing;
+    const double x = static_cast<double>(i) * spacing_;
     const double share = x1 > x0 ? std::clamp((x - x0) / (x1 - x0), 0.0, 1.0) : 0.0;
     const double z = z0 + share * (z1 - z0);
     if (z > 0) deepen(i, z);
@@ -60,18 +66,18 @@ void Rut::press(double x0, double z0, double x1, double z1) {
 }
 
 void Rut::press_flat(double x0, double x1, double z) {
-  require_near(x0, x1);
-  const long from = static_cast<long>(std::floor(x0 / spacing)), to = static_cast<long>(std::ceil(x1 / spacing));
+  require_near(x0, x1, spacing_);
+  const long from = static_cast<long>(std::floor(x0 / spacing_)), to = static_cast<long>(std::ceil(x1 / spacing_));
   for (long i = from; i <= to; ++i) deepen(i, z);
 }
 
 void Rut::press_disk(double x, double z, double radius) {
   const double reach = std::sqrt(2 * radius * z);
-  require_near(x - reach, x + reach);
-  const long from = static_cast<long>(std::ceil((x - reach) / spacing)),
-             to = static_cast<long>(std::floor((x + reach) / spacing));
+  require_near(x - reach, x + reach, spacing_);
+  const long from = static_cast<long>(std::ceil((x - reach) / spacing_)),
+             to = static_cast<long>(std::floor((x + reach) / spacing_));
   for (long i = from; i <= to; ++i) {
-    const double off = static_cast<double>(i) * spacing - x;
+    const double off = static_cast<double>(i) * spacing_ - x;
     deepen(i, z - off * off / (2 * radius));
   }
 }

@@ -5,13 +5,18 @@
 
 namespace subsoil::mbd {
 
-/// What wheels of one track have pressed into the ground: the deepest sinkage z >= 0 (m) passed at each x, on a 1 mm
+/// What wheels of one track have pressed into the ground: the deepest sinkage z >= 0 (m) passed at each x, on a
 /// grid, linear between the grid's points. Belongs to the ground, so a second wheel or pass finds it.
-/// Storage grows in blocks of one metre on either side and is untouched while a wheel stays inside it. Beyond 100 km
-/// from the origin pressing throws std::runtime_error.
+/// Storage grows in blocks of 1000 points on either side and is untouched while a wheel stays inside it. Beyond 1e8
+/// points from the origin pressing throws std::runtime_error.
 class Rut {
  public:
-  static constexpr double spacing = 1e-3;
+  /// What presses a rut has 256 points of its grid on its length: a wheel on its radius, a stamp on its length. The
+  /// grid of a point is that of 256 mm.
+  static double spacing_for(double size) { return (size > 0 ? size : 0.256) / 256; }
+
+  explicit Rut(double spacing = spacing_for(0)) : spacing_(spacing) {}
+  double spacing() const { return spacing_; }  ///< of the grid, m
 
   /// Depth at x and its slope dz/dx there.
   struct Depth {
@@ -28,12 +33,13 @@ class Rut {
   bool operator==(const Rut&) const = default;
   template <class A>
   void archive(A& a) {
-    a("first", first_)("depths", depths_);  // grid index, and depths from there on
+    a("spacing", spacing_)("first", first_)("depths", depths_);  // grid index, and depths from there on
   }
 
  private:
   double stored(long i) const;
   void deepen(long i, double z);
+  double spacing_;
   long first_ = 0;
   std::vector<double> depths_;
 };

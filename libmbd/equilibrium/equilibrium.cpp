@@ -22,6 +22,15 @@ constexpr double longest_time = 1e6;  // of pseudo-time: rates that are slower c
 constexpr double touching = 1e-9;     // of the machine's length: contacts this near touch
 constexpr double nearby = 1e-2;       // of the machine's length: poses that a contact's strain leads to
 
+/// The machine's weight, in N; without gravity 1 N.
+double weight_of(const System& system) {
+  const auto& g = system.model().gravity;
+  double mass = 0;
+  for (int i = 0; i < system.coordinates(); i += 3) mass += system.mass()[i];
+  const double weight = mass * std::hypot(g[0], g[1]);
+  return weight > 0 ? weight : 1;
+}
+
 /// The balance of all coordinates, constraints and states at a steady state, scaled to forces, lengths and rates.
 class Balance {
  public:
@@ -31,6 +40,7 @@ class Balance {
         n_(system.coordinates()),
         m_(system.equations()),
         s_(static_cast<Eigen::Index>(system.state_count())),
+        weight_(weight_of(system)),
         columns_(coordinate_scale(system)),
         rows_(row_scale(system)),
         load_(n_),
@@ -51,6 +61,9 @@ class Balance {
     if (s_ > 0) out.tail(s_) = rates(u);
     return out;
   }
+
+  /// Of the forces evaluated last on any coordinate, scaled.
+  double largest_load() const { return load_.cwiseQuotient(columns_).cwiseAbs().maxCoeff(); }
 
   /// What an implicit step of Euler's method from `from` to u leaves, of length `tau` for bodies and `dt` for states:
   ///   F - Phi_q^T lambda - M (q - q_0)/tau^2,  -Phi,  x' + what the way adds - (x - x_0)/dt
@@ -112,7 +125,8 @@ class Balance {
     if (!system_.friction_rows().empty() || controllers_read_reactions(system_))
       for (Eigen::Index j = 0; j < m_; ++j) {
         const auto pressed = shifted([&](Equilibrium& v, double by) { v.lambda[j] += by * rows_[j]; });
-        const Eigen::VectorXd slope = rough_slope(pressed, r, 1e-6 * std::max(1.0, std::abs(u.lambda[j] / rows_[j])));
+        const Eigen::VectorXd slope =
+            rough_slope(pressed, r, 1e-6 * std::max(weight_, std::abs(u.lambda[j] / rows_[j])));
         k.col(n_ + j).head(n_) = -slope.head(n_), k.col(n_ + j).tail(s_) = -slope.tail(s_);
       }
     for (Eigen::Index j = 0; j < s_; ++j) {
@@ -161,7 +175,7 @@ class Balance {
       if (jacobian.rows() > 0 && jacobian.col(j).cwiseAbs().maxCoeff() > 1e-12) continue;
       Equilibrium turned = u;
       turned.q[j] += step / columns_[j];
-      if ((at(turned) - r).cwiseAbs().maxCoeff() > 1e-9 * std::max(1.0, r.cwiseAbs().maxCoeff())) continue;
+      if ((at(turned) - r).cwiseAbs().maxCoeff() > 1e-9 * std::max(weight_, r.cwiseAbs().maxCoeff())) continue;
       const bool is_held = held[static_cast<std::size_t>(j / 3)] != 0;
       spins_[static_cast<std::size_t>(j)] = is_held ? Spin::held : Spin::free;
       if (!is_held) u.velocity[j] = system_.start_velocity()[j];
@@ -212,23 +226,21 @@ class Balance {
   System& system_;
   double t_;
   Eigen::Index n_, m_, s_;
+  double weight_;
   Eigen::VectorXd columns_, rows_, load_, still_;
   std::vector<Spin> spins_;
   Constraints c_;
 };
 
-/// What decides whether a residual is small: the machine's weight (or 1 N without gravity), its moment arms, and of the
+/// What decides whether a residual is small: the machine's weight, its moment arms, and of the
 /// rate of a state what changes it by as much as a length of the machine.
 struct Measure {
   explicit Measure(const System& system)
       : n(system.coordinates()),
         m(system.equations()),
         length(system.length_scale()),
+        weight(weight_of(system)),
         sizes(static_cast<Eigen::Index>(system.state_count())) {
-    const auto& g = system.model().gravity;
-    double mass = 0;
-    for (int i = 0; i < n; i += 3) mass += system.mass()[i];
-    weight = std::max(1.0, mass * std::hypot(g[0], g[1]));
     for (Eigen::Index i = 0; i < sizes.size(); ++i)
       sizes[i] = system.state_scales()[static_cast<std::size_t>(i)] / length;
   }
@@ -252,7 +264,7 @@ struct Measure {
     return r.tail(sizes.size()).cwiseQuotient(sizes).cwiseAbs().maxCoeff() / length;
   }
   Eigen::Index n, m;
-  double length, weight = 1;
+  double length, weight;
   Eigen::VectorXd sizes;
 };
 
@@ -265,7 +277,7 @@ struct Way {
 Way newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, double longest, Equilibrium& found) {
   const auto n = balance.coordinates(), m = balance.equations(), s = balance.states();
   // Length-scaled multipliers are forces: bring rows and columns of all kinds to one size for the rank decision.
-  const double stiffness = std::max(1.0, k.topLeftCorner(n, n).cwiseAbs().maxCoeff());
+  const double stiffest = k.topLeftCorner(n, n).cwiseAbs().maxCoeff(), stiffness = stiffest > 0 ? stiffest : 1;
   k.middleCols(n, m) *= stiffness, k.block(n, 0, m, n) *= stiffness;
   r.segment(n, m) *= stiffness;
   Eigen::VectorXd charge = Eigen::VectorXd::Ones(s);
@@ -298,14 +310,14 @@ Way newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, d
 bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
   const auto n = balance.coordinates(), m = balance.equations();
   Measure size(system);
-  const auto& g = system.model().gravity;
+  const double g = std::hypot(system.model().gravity[0], system.model().gravity[1]);
   // Pseudo-time so that the first step under gravity is a hundredth of the machine's length.
-  double inverse_tau2 = std::max(1.0, std::hypot(g[0], g[1])) / (0.01 * size.length);
+  double inverse_tau2 = (g > 0 ? g : 1) / (0.01 * size.length);
   const Eigen::VectorXd inertia = system.mass().cwiseQuotient(balance.columns().cwiseAbs2());
   if (found.lambda.size() != m) found.lambda = Eigen::VectorXd::Zero(m);
   constexpr int most_shortened = 40;
   int shortened = 0;
-  double rounding = 0;  // of the stiffest force
+  double rounding = 0;  // of the stiffest force and of the largest
   Eigen::VectorXd r;
   for (int turn = 0; turn < most_turns; ++turn, ++found.iterations) {
     balance.settle_spins(found);
@@ -316,7 +328,8 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
     const double before = size(r);
     if (before < 1e-13) break;
     const double farthest = std::max(size.length, found.q.cwiseAbs().maxCoeff());  // of places
-    rounding = 2e-16 * k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * farthest / size.weight;
+    rounding =
+        2e-16 * std::max(k.topLeftCorner(n, n).cwiseAbs().maxCoeff() * farthest, balance.largest_load()) / size.weight;
     Eigen::VectorXd added = Eigen::VectorXd::Zero(n);
     if (inverse_tau2 > 1e-6)
       for (Eigen::Index j = 0; j < n; ++j) added[j] = (balance.is_spin(j) ? inverse_tau : inverse_tau2) * inertia[j];

@@ -32,7 +32,6 @@ struct GroundElement {
   static constexpr ForceMembers has{.check = true, .trace = true, .rut = true};
   static constexpr std::array<ForceColumn, 4> columns{
       {{"force", "N"}, {"soil force", "N"}, {"depth", "m"}, {"rut", "m"}}};
-  static constexpr double lift = 1e-3;  ///< room to the ground beyond which the next touch is a new impact (m)
   int body = -1;
   std::array<double, 2> point{0, 0};
   double radius = 0, length = 0, surface = 0;
@@ -92,13 +91,17 @@ struct GroundElement {
     return {weight * z + push.stored, soil * rate + push.lost, 0};
   }
 
+  /// Length by which the grid of its rut is chosen (m).
+  double rut_size() const { return radius > 0 ? radius : length; }
+
   /// An accepted step: the ground remembers, and so does the element how fast it was struck.
   void commit(const Scene& scene, std::vector<Rut>& ruts) {
     const Foot foot = foot_of(scene);
     // The bottom of a rut pushes back from a little above it on.
     const double top = follower < 0 ? surface - ruts[rut].at(foot.x).z * (1 - 1 / unloading)
                                     : scene.bodies[static_cast<std::size_t>(follower)].r.y;
-    if (foot.y > top + lift) touch = 0;
+    // The next touch is a new impact from so far above the ground on as the rut's grid is wide.
+    if (foot.y > top + ruts[rut].spacing()) touch = 0;
     if (foot.y <= top && touch == 0) touch = speed_of(foot.v);
     const double z = surface - (follower < 0 ? foot.y : top);
     if (!(z > 0)) return;

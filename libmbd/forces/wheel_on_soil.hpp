@@ -114,6 +114,8 @@ struct WheelOnSoil {
   /// Whether the wheel takes traction.
   bool shears() const { return !std::isnan(shear_displacement); }
 
+  double rut_size() const { return radius; }  ///< length by which the grid of its rut is chosen (m)
+
   /// An accepted step: the ground remembers, and the direction of travel is kept.
   void commit(const Scene& scene, std::vector<Rut>& ruts) {
     const BodyState& b = axle(scene);

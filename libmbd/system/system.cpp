@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "libmbd/system/bodies_of.hpp"
+#include "libmbd/system/extent.hpp"
 #include "libmbd/system/system_elements.hpp"
 #include "libmbd/system/wrench.hpp"
 
@@ -196,10 +197,18 @@ void System::number_rows() {
     row_part_.push_back({PartName::Kind::driver, d.name});
     row_angular_.push_back(visit([](const auto& driver) { return driver.angular(); }, d.element));
   }
-  // A joint that stands at a centre of gravity but for the rounding of both places gives no length.
+  choose_length_scale(length);
+}
+
+// A joint that stands at a centre of gravity but for the rounding of both places gives no length.
+void System::choose_length_scale(double joints) {
   double gyration = 0;
   for (const Body& b : model_.bodies) gyration = std::max(gyration, std::sqrt(b.inertia / b.mass));
-  if (length > 1e-9 * gyration) length_scale_ = length;
+  if (joints > 1e-9 * gyration) {
+    length_scale_ = joints;
+  } else if (gyration > 0) {
+    length_scale_ = std::max(gyration, extent_by_forces(model_));
+  }
   for (double& size : body_size_)
     if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
 }
@@ -267,16 +276,20 @@ void System::place_elements() {
 
 void System::assign_ruts() {
   std::map<std::string, std::size_t> tracks;
+  std::vector<double> spacings;
   for (auto& f : model_.forces)
     visit(
         [&]<class Force>(Force& force) {
           if constexpr (Force::has.rut) {
             const std::string key = force.track.empty() ? "wheel " + f.name : "track " + force.track;
             force.rut = tracks.emplace(key, tracks.size()).first->second;
+            const double spacing = Rut::spacing_for(force.rut_size());
+            if (force.rut == spacings.size()) spacings.push_back(spacing);
+            spacings[force.rut] = std::min(spacings[force.rut], spacing);  // the finest that presses the track
           }
         },
         f.element);
-  ruts_.resize(tracks.size());
+  for (const double spacing : spacings) ruts_.emplace_back(spacing);
 }
 
 int System::body_index(const std::string& name) const {

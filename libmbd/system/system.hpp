@@ -102,7 +102,8 @@ class System {
   std::size_t first_block(int row) const { return first_block_[static_cast<std::size_t>(row)]; }
   int first_row_of_joint(std::size_t joint) const { return joint_row_[joint]; }
   int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
-  /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint.
+  /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint; where
+  /// none has one, the largest of the radii of gyration and of the extents of what forces between points tie together.
   double length_scale() const { return length_scale_; }
   /// Longest moment arm of a joint's point on the body (m); the machine's length where it has none.
   double body_size(int body) const { return body_size_[static_cast<std::size_t>(body)]; }
@@ -284,6 +285,7 @@ class System {
   void check_elements() const;
   void prepare_forces();
   void number_rows();
+  void choose_length_scale(double joints);
   void place_elements();
   void attach_friction();
   void attach_controllers();

@@ -26,10 +26,10 @@ constexpr double pi = std::numbers::pi;
 
 /// A steel strip, 1 m long, that neither shear nor rotary inertia nor stretching matter to: radius of gyration 1 mm,
 /// 1e-6 of what bending does by either.
-Beam strip(long elements) {
+Beam strip(long elements, double length = 1) {
   return {.name = "strip",
-          .points = {{0, 0}, {1, 0}},
-          .section = GivenSection{.area = 4e-4, .second_moment = 4e-10},
+          .points = {{0, 0}, {length, 0}},
+          .section = GivenSection{.area = 4e-4 * length * length, .second_moment = 4e-10 * std::pow(length, 4)},
           .young = 2e11,
           .density = 7850,
           .elements = elements};
@@ -72,6 +72,19 @@ TEST(Beams, InFreeFlightHasThreeRigidMotions) {
         EXPECT_LT(m.error, 0.1 * 2 * pi * found[3].frequency) << elements;
       }
   }
+}
+
+/// A strip of 10 mm lost one of its rigid motions: it was measured by the length of 1 m.
+TEST(Beams, RigidMotionsDoNotDependOnTheirLength) {
+  for (const double length : {1e-5, 1e-2, 100.0})
+    for (const bool pinned : {false, true}) {
+      Model m = model_of(strip(4, length));
+      if (pinned) m.add("pin", Revolute{.body_a = ground, .body_b = 1});
+      const auto found = modes_at_rest(m);
+      const auto free = std::count_if(found.begin(), found.end(), [](const Mode& mode) { return mode.is_zero(); });
+      EXPECT_EQ(free, pinned ? 1 : 3) << length << " m";
+      EXPECT_EQ(found.size(), pinned ? 13U : 15U) << length << " m";
+    }
 }
 
 /// Circular frequencies of those that are no rigid motion, rising.

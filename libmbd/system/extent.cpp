@@ -1,0 +1,70 @@
+#include "libmbd/system/extent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <vector>
+
+#include "libmbd/elements.hpp"
+
+namespace subsoil::mbd {
+namespace {
+
+template <class Force>
+concept TiesPoints = requires(const Force& f) {
+  f.body_a, f.p_a, f.body_b, f.p_b;
+}
+&&!Force::has.gap && !Force::has.gaps;
+
+struct Box {
+  Vec2 low{1e300, 1e300}, high{-1e300, -1e300};
+  void include(Vec2 p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+};
+
+/// Calls take(body a, point on it, body b, point on it) for every force between points.
+template <class Take>
+void for_ties(const Model& model, const Take& take) {
+  for (const auto& f : model.forces)
+    visit(
+        [&]<class Force>(const Force& force) {
+          if constexpr (TiesPoints<Force>) take(force.body_a, force.p_a, force.body_b, force.p_b);
+        },
+        f.element);
+}
+
+}  // namespace
+
+double extent_by_forces(const Model& model) {
+  std::vector<std::size_t> tied_to(model.bodies.size() + 1);
+  std::iota(tied_to.begin(), tied_to.end(), 0);
+  const auto group_of = [&](int body) {
+    auto i = static_cast<std::size_t>(body);
+    while (tied_to[i] != i) i = tied_to[i] = tied_to[tied_to[i]];
+    return i;
+  };
+  const auto place = [&](int body, const std::array<double, 2>& p) -> Vec2 {
+    if (body == ground) return {p[0], p[1]};
+    const auto& [x, y, angle] = model.bodies[static_cast<std::size_t>(body - 1)].pose;
+    return {x + std::cos(angle) * p[0] - std::sin(angle) * p[1], y + std::sin(angle) * p[0] + std::cos(angle) * p[1]};
+  };
+  for_ties(model, [&](int a, const auto&, int b, const auto&) {
+    if (a != ground && b != ground) tied_to[group_of(a)] = group_of(b);
+  });
+  std::map<std::size_t, Box> boxes;
+  for_ties(model, [&](int a, const auto& p_a, int b, const auto& p_b) {
+    for (const int body : {a, b}) {
+      if (body == ground) continue;
+      Box& box = boxes[group_of(body)];
+      box.include(place(a, p_a)), box.include(place(b, p_b)), box.include(place(body, {0, 0}));
+    }
+  });
+  double extent = 0;
+  for (const auto& [group, box] : boxes) extent = std::max(extent, length(box.high - box.low));
+  return extent;
+}
+
+}  // namespace subsoil::mbd
