@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/assembly/partition.hpp"
@@ -93,6 +95,17 @@ class Linearisation {
       take(2 * f + j, 1e-4, at_.states[j] / state_size(j),
            [&](MotionState& s, double by) { s.states[j] += by * state_size(j); });
     partition_.evaluate(at_);
+    drop_constants();
+  }
+
+  // A state that nothing changes, as an integral with a gain of 0, is a constant: it would take the zero of what it
+  // pushes into a chain of its own.
+  void drop_constants() {
+    std::vector<Eigen::Index> kept(static_cast<std::size_t>(2 * freedom()));
+    std::iota(kept.begin(), kept.end(), 0);
+    for (Eigen::Index i = 2 * freedom(); i < a_.rows(); ++i)
+      if (!a_.row(i).isZero(0) || !error_.row(i).isZero(0)) kept.push_back(i);
+    a_ = MatrixXd(a_(kept, kept)), error_ = MatrixXd(error_(kept, kept));
   }
 
   System& system_;
@@ -166,26 +179,29 @@ MatrixXd undetermined_part(const MatrixXd& a, const MatrixXd& error) {
   return (error.array() > share * a.array().abs() && error.array() > floor).select(error, 0);
 }
 
-/// Coordinates of which no place and no state of an element changes the balance of forces: combinations y of the rows
-/// of v'' with y^T dv''/d(v, x) = 0. Rows and columns are scaled, so that masses and units have no say.
+/// Coordinates that a constant force moves without bound: combinations y of the rows of v'' and x', v'' among them,
+/// with y^T d(v'', x')/d(v, x) = 0. States that come to rest of themselves, as a current does, hold nothing; one that
+/// follows the way alone, as the pressure of locked oil does, gives a y without v''. Rows and columns are scaled, so
+/// that masses and units have no say.
 Eigen::Index without_restoring_force(const Linearisation& linear) {
   constexpr double certain = 10, noise = 1e-9;
   const auto f = linear.freedom(), s = linear.matrix().rows() - 2 * f;
-  const auto part = [&](Eigen::Index column, Eigen::Index count) {
-    const MatrixXd a = linear.matrix().block(f, column, f, count), error = linear.error().block(f, column, f, count);
-    const double floor = count > 0 ? noise * a.cwiseAbs().maxCoeff() : 0;
+  const auto part = [&](Eigen::Index row, Eigen::Index rows, Eigen::Index column, Eigen::Index columns) {
+    const MatrixXd a = linear.matrix().block(row, column, rows, columns),
+                   error = linear.error().block(row, column, rows, columns);
+    const double floor = a.size() > 0 ? noise * a.cwiseAbs().maxCoeff() : 0;
     return MatrixXd((a.array().abs() > (certain * error.array()).max(floor)).select(a, 0));
   };
-  MatrixXd b(f, f + s);
-  b << part(0, f), part(2 * f, s);
+  MatrixXd b(f + s, f + s);
+  b << part(f, f, 0, f), part(f, f, 2 * f, s), part(2 * f, s, 0, f), part(2 * f, s, 2 * f, s);
   const auto scale = [](auto line) {
     const double largest = line.cwiseAbs().maxCoeff();
     if (largest > 0) line /= largest;
   };
-  for (Eigen::Index i = 0; i < f; ++i) scale(b.row(i));
+  for (Eigen::Index i = 0; i < b.rows(); ++i) scale(b.row(i));
   for (Eigen::Index j = 0; j < b.cols(); ++j) scale(b.col(j));
-  for (Eigen::Index i = 0; i < f; ++i) scale(b.row(i));
-  return f - rank_of(b);
+  for (Eigen::Index i = 0; i < b.rows(); ++i) scale(b.row(i));
+  return f + rank_of(b.bottomRows(s)) - rank_of(b);
 }
 
 }  // namespace
@@ -235,8 +251,8 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
                        linear.normal(shape)});
     }
   }
-  // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with the place, is of a
-  // coordinate that nothing holds. One with states in it is of locked oil or a held integral. Of a zero pair that
+  // What stays as it is, by left eigenvectors of zeros: a momentum, or a mixture of it with places and states, is of a
+  // coordinate that nothing holds. One without momentum is of locked oil or a held integral. Of a zero pair that
   // rounding has split only the places differ.
   MatrixXd kept(a.rows() - f, 2 * static_cast<Eigen::Index>(zeros.size()));
   for (std::size_t k = 0; k < zeros.size(); ++k) {
@@ -244,9 +260,9 @@ std::vector<Mode> modes(System& system, double t, const Equilibrium& at) {
     kept.col(2 * static_cast<Eigen::Index>(k)) = y.real(), kept.col(2 * static_cast<Eigen::Index>(k) + 1) = y.imag();
   }
   kept = rows_of_unit_size(std::move(kept));
-  const auto without_states = rank_of(kept) - rank_of(kept.bottomRows(kept.rows() - f));
-  // Zeros of several states mix, and a small share of one may look like none: what has a restoring force is held.
-  const auto free = without_states > 0 ? std::min(without_states, without_restoring_force(linear)) : 0;
+  const auto with_momentum = rank_of(kept.topRows(f));
+  // Zeros of several states mix, and none may look like a small share: what has a restoring force is held.
+  const auto free = with_momentum > 0 ? std::min(with_momentum, without_restoring_force(linear)) : 0;
   Mode zero;
   zero.error = hidden;
   found.insert(found.begin(), static_cast<std::size_t>(free), zero);

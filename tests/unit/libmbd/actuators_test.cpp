@@ -282,6 +282,27 @@ ElectricMotor direct(double inductance) {
   return motor;
 }
 
+// A current comes to rest of itself and holds no angle: beside its zero stands the swing of (i, w) below. That was
+// all there was, and the wheel counted as held.
+TEST(Modes, ACurrentHoldsNoWheel) {
+  const double l = 0.01, k = 0.3 * 2, b = 4e-3, j = 0.02;
+  Model m = turning(direct(l));
+  m.forces[0].element.get_if<ElectricMotor>()->voltage = 0.;
+  System system(m);
+  Equilibrium at;
+  at.q = system.start_position(), at.velocity = system.start_velocity(), at.lambda = Eigen::VectorXd::Zero(2);
+  at.states = Eigen::VectorXd::Zero(1);
+  const auto found = modes(system, 0, at);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(stability(found).kind, Stability::neutral);
+  EXPECT_TRUE(found[0].is_zero());
+  Eigen::Matrix2d a;
+  a << -0.8 / l, -k / l, k / j, -b / j;
+  const std::complex<double> rate = a.eigenvalues()[0];
+  EXPECT_NEAR(found[1].rate, rate.real(), 1e-7 * std::abs(rate));
+  EXPECT_NEAR(found[1].frequency, std::abs(rate.imag()) / (2 * pi), 1e-7 * std::abs(rate));
+}
+
 // (i, w): L i' = u - R i - K n w, J w' = n K i - n^2 b w.
 TEST_P(Actuators, MotorStepIsTheLinearSystem) {
   const double l = 0.01, k = 0.3 * 2, b = 4e-3, j = 0.02;
