@@ -453,11 +453,28 @@ double Adaptive::resolved_stop(double stop, double planned) {
   return stop;
 }
 
+// Whether the root that was found opens a contact.
+bool Adaptive::opens_contact() {
+  root_directions(directions_);
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_gap(i) && switches_.side(i) < 0 && directions_[i] > 0) return true;
+  return false;
+}
+
 void Adaptive::method_step(double asked) {
   Reached reached;
+  const bool first_of_method = !has_past_;
+  asked = std::min(asked, std::exchange(first_until_, std::numeric_limits<double>::infinity()));
   const double planned = inputs_.any() || profiles_.any() ? planned_step() : 0;
   const double stop = resolved_stop(asked, planned);
   if (!try_step(stop, reached)) return;
+  // A contact that was touched at the begin and is left in the first step: with no force at either end, no error test
+  // has seen what was between.
+  if (first_of_method && reached.root && opens_contact()) {
+    constexpr double share = 0.125;  // of the contact
+    first_until_ = front_ + share * (reached.t - front_), first_ = First::restart;
+    return;
+  }
   // A step that ended at a stop may have been longer: intervals between stops that follow it must not shrink for ever.
   const double taken = reached.t - front_;
   last_step_ = reached.t < stop ? taken : 4 * taken;

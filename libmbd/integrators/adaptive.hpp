@@ -102,6 +102,7 @@ class Adaptive : public Integrator {
   bool try_step(double stop, Reached& reached);
   double resolved_stop(double stop, double planned);
   void next_step(double stop);
+  bool opens_contact();
   void method_step(double stop);
   void settle_step(double taken);
   bool creeps(double taken) const;
@@ -120,7 +121,8 @@ class Adaptive : public Integrator {
   double last_step_ = 0;     // s, of the method's own
   double longest_step_ = 0;  // the longest of these since the start: beside it creeps() finds a collapse
   First first_ = First::nothing;
-  bool has_past_ = false;   // steps since the method began
+  bool has_past_ = false;                                         // steps since the method began
+  double first_until_ = std::numeric_limits<double>::infinity();  // where the first step ends at the latest, s
   bool elsewhere_ = false;  // the system was evaluated last at another instant than that of now_
   bool coupled_ = false;    // external wrenches act, which are known to the end of each advance() only
   bool remembers_ = false, commits_ = false;  // forces that remember accepted states; front_ is not one yet
