@@ -36,6 +36,12 @@ bool needs_events(const Model& model) {
   return std::any_of(model.forces.begin(), model.forces.end(), [](const auto& f) { return needs_events(f.element); });
 }
 
+bool can_stick(const Model& model) {
+  return std::any_of(model.forces.begin(), model.forces.end(), [](const auto& f) {
+    return visit([](const auto& force) { return sticks_of(force) > 0; }, f.element);
+  });
+}
+
 Switches::Switches(const System& system) : system_(system) {
   const auto& forces = system.model().forces;
   for (std::size_t i = 0; i < forces.size(); ++i)

@@ -81,6 +81,9 @@ bool needs_events(const AnyForce& force);
 /// True when any force does.
 bool needs_events(const Model& model);
 
+/// True when friction of a force can stick.
+bool can_stick(const Model& model);
+
 /// True when forces remember accepted states (ruts): then no step may run ahead of what is accepted.
 bool remembers(const Model& model);
 

@@ -34,6 +34,11 @@ struct GearPair : TwoDisks {
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = rolling_row(RelativePoint(a, p_a, b, p_b), b.angle - a.angle, offset);
   }
+  /// Room between the two pitch circles, negative where they overlap (m).
+  double room(const BodyState& a, const BodyState& b) const {
+    const double apart = length(b.point_in_world(p_b) - a.point_in_world(p_a));
+    return inside ? span() - apart : apart - span();
+  }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const { return contact(a, b); }
 };
 

@@ -34,6 +34,8 @@ struct RackAndPinion : DiskAndLine {
   void evaluate(const BodyState& a, const BodyState& b, double /*t*/, ConstraintRows<rows>& out) const {
     out[0] = travel_row(RelativePoint(a, p_a, b, p_b), along(), b.angle - a.angle, side * radius, offset);
   }
+  /// Room between pitch line and pitch circle, negative where they overlap (m).
+  double room(const BodyState& a, const BodyState& b) const { return contact_row(RelativePoint(a, p_a, b, p_b)).phi; }
   Vec2 reaction_point(const BodyState& a, const BodyState& b) const { return contact(a, b); }
 };
 

@@ -218,7 +218,7 @@ void warn_of_closed_pose(const mbd::Machine& machine, const MachineSection& sect
 void warn_of_far_pose(const Scenario& s, const mbd::Machine& machine) {
   constexpr double far_off = 0.1;  // of the machine's length
   const mbd::System& system = machine.system();
-  if (!mbd::needs_events(system.model())) return;
+  if (!mbd::can_stick(system.model())) return;
   const Poses given = start_poses(s);
   Eigen::VectorXd way = Eigen::VectorXd::Zero(system.coordinates());
   for (std::size_t b = 1; b < given.size(); ++b) {  // what a beam is divided into follows behind

@@ -12,6 +12,8 @@
 #include "libdem/packing/carve.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/joints/gear_pair.hpp"
+#include "libmbd/joints/rack_and_pinion.hpp"
 #include "libmbd/system/deep_start.hpp"
 #include "libsim/document/library.hpp"
 #include "libsim/document/quantity.hpp"
@@ -380,6 +382,29 @@ void look_at_friction(const World& world, Texts& out) {
   }
 }
 
+/// Gears out of mesh. The motion knows the ratio of radii alone, or the radius of a pinion: centres that other joints
+/// hold elsewhere, as radii in another unit would have them, give other tooth forces than the radii.
+void look_at_gears(const Loaded& loaded, const World& world, Texts& out) {
+  if (!world.machine) return;
+  constexpr double profile_shift = 0.02;  // of the radii: pitch circles given in place of the rolling ones
+  const auto& bodies = world.machine->system().scene().bodies;
+  for (const auto& joint : world.machine->system().model().joints) {
+    const auto look = [&](const auto* gears, double size) {
+      const double room =
+          gears->room(bodies[static_cast<std::size_t>(gears->body_a)], bodies[static_cast<std::size_t>(gears->body_b)]);
+      if (!(std::abs(room) > profile_shift * size)) return;
+      out.push_back(fmt::format(
+          "{}: the pitch lines are {:.3g} m {} at the start: the joint turns by the radii, but its "
+          "force acts where the centres have it; put the centres at the radii's distance, or "
+          "correct the radii",
+          loaded.where("machine.joints." + joint.name), std::abs(room), room > 0 ? "apart" : "in each other"));
+    };
+    if (const auto* const pair = joint.element.get_if<mbd::GearPair>())
+      look(pair, std::min(pair->radius_a, pair->radius_b));
+    if (const auto* const rack = joint.element.get_if<mbd::RackAndPinion>()) look(rack, rack->radius);
+  }
+}
+
 /// Contacts, stops and cylinders whose start pose is beyond their range, by what they store there.
 void look_at_start(const World& world, Texts& out) {
   if (!world.machine) return;
@@ -441,9 +466,10 @@ void look_at_events(const Loaded& loaded, const World& world, Texts& out) {
     for (const JointEventSection& other : loaded.scenario.machine->events)
       if ((closes ? other.opens : other.closes) == joint) reversing.push_back(&other);
     const bool too_early = std::all_of(reversing.begin(), reversing.end(), [&](const JointEventSection* other) {
-      return e.at && other->at && *other->at >= *e.at;
+      return e.at && other->at && *other->at > *e.at;
     });
-    if (starts && done && e.at && too_early)
+    const bool itself = e.at && *e.at <= world.machine->time();  // what has done it
+    if (starts && done && e.at && too_early && !itself)
       out.push_back(fmt::format("{}: '{}' is {} then, so the event changes nothing{}", loaded.where(path + ".at"),
                                 joint, closes ? "closed" : "open",
                                 reversing.empty() ? "" : fmt::format("; `{}` comes later", reversing.front()->name)));
@@ -509,6 +535,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_meshes(loaded.scenario, out);
   look_at_friction(world, out);
   look_at_start(world, out);
+  look_at_gears(loaded, world, out);
   look_at_shared_events(loaded, world, out);
   look_at_events(loaded, world, out);
   look_at_beams(loaded, world, out);

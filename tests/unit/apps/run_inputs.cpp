@@ -166,6 +166,43 @@ time: {end: 0.5 s}
   EXPECT_EQ(warnings(with(hook, "measure: h, below: 2 m", "at: 0.2 s")), "");
 }
 
+TEST(RunInputs, AnEventAtTheStartIsNotNamedByWhatItHasDone) {
+  const std::string held = R"(subsoil: 1
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 0.1 kg m^2, at: 0 1 m}}
+  joints: {hook: {fixed: [ground, b], at: 0 1 m}}
+  events: {drop: {opens: hook, at: 0 s}, catch: {closes: hook, at: 0.5 s}}
+time: {end: 1 s}
+)";
+  EXPECT_EQ(warnings(held), "");
+  EXPECT_EQ(warnings(held, {"machine.events.drop.at=0.5 s"}), "");
+}
+
+/// Radii in another unit gave tooth forces of radii that fit the centres, without a word.
+TEST(RunInputs, GearsOutOfMeshAreNamed) {
+  const std::string gears = R"(subsoil: 1
+machine:
+  bodies:
+    a: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 0 m}
+    b: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0.5 0 m}
+    rack: {mass: 1 kg, inertia: 0.1 kg m^2, at: 0 -0.3 m}
+  joints:
+    p: {revolute: [ground, a], at: 0 0 m}
+    q: {revolute: [ground, b], at: 0.5 0 m}
+    slide: {translational: [ground, rack], at: 0 -0.3 m, along: 1 0}
+    mesh: {gear pair: [a, b], ends: [0 0 m, 0.5 0 m], first radius: 0.3 m, second radius: 0.2 m}
+    line: {rack and pinion: [rack, a], ends: [0 -0.3 m, 0 0 m], along: 1 0, radius: 0.3 m}
+time: {end: 1 s}
+)";
+  EXPECT_EQ(warnings(gears), "");
+  const std::string apart = warnings(gears, {"machine.joints.mesh.second radius=20 mm"});
+  EXPECT_NE(apart.find("mesh: the pitch lines are 0.18 m apart at the start"), std::string::npos) << apart;
+  EXPECT_NE(warnings(gears, {"machine.joints.mesh.second radius=0.3 m"}).find("0.1 m in each other"),
+            std::string::npos);
+  EXPECT_NE(warnings(gears, {"machine.joints.line.radius=30 mm"}).find("line: the pitch lines are 0.27 m apart"),
+            std::string::npos);
+}
+
 TEST(RunInputs, GravityAcrossThePlaneOfAMachineIsNamed) {
   const std::string mass = R"(subsoil: 1
 gravity: 0 -9.81 3 m/s^2
