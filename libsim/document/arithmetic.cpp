@@ -243,6 +243,12 @@ std::string with_numbers(const std::string& formula, const std::vector<std::stri
   return out;
 }
 
+std::string in_base_units(const Amount& amount) {
+  std::string out = fmt::format("{}", amount.value);
+  for (const auto& [name, power] : amount.powers) out += fmt::format(" {}^{}", name, power);
+  return out;
+}
+
 Amount evaluate_arithmetic(std::string_view text, std::optional<double> n) {
   std::vector<std::string> names;
   std::vector<Parameters::iterator> named;

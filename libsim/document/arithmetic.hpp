@@ -56,4 +56,7 @@ std::string with_numbers(const std::string& formula, const std::vector<std::stri
 /// Throws UnitError: unknown names, dimensions that do not fit, text that is no arithmetic.
 Amount evaluate_arithmetic(std::string_view text, std::optional<double> n = {});
 
+/// A text of all digits that means this amount: "0.0295 m^1 s^-1".
+std::string in_base_units(const Amount& amount);
+
 }  // namespace subsoil::sim

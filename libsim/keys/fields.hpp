@@ -109,6 +109,8 @@ class Fields {
   // ---- words -------------------------------------------------------------------------------------------------------
   void flag(const char* key, bool& value, Text meaning);
   void text(const char* key, std::string& value, Text meaning);
+  /// An amount in the unit of a column that is known later; parameters, which are known here alone, become numbers.
+  void level(const char* key, std::string& value, Text meaning);
   /// Text, or a list that whoever reads the file joins before.
   void joined_text(const char* key, std::string& value, Text meaning);
   /// Becomes a column or a group of a file.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "libsim/document/arithmetic.hpp"
 #include "libsim/keys/fields.hpp"
 #include "libsim/keys/former_keys.hpp"
 #include "libsim/keys/json_forms.hpp"
@@ -98,6 +99,15 @@ class Reference final : public PlainText {
   Family family_;
 };
 
+class Level final : public PlainText {
+ public:
+  explicit Level(std::string& value) : PlainText(value, "text") {}
+  void read(const Node& node, const ReadScope&) override {
+    value_ = scalar_of(node);
+    if (names_parameter(value_)) value_ = in_base_units(evaluate_arithmetic(value_));
+  }
+};
+
 /// A file beside the scenario, as an absolute path.
 class FileName final : public PlainText {
  public:
@@ -190,6 +200,11 @@ void Fields::flag(const char* key, bool& value, Text meaning) {
 void Fields::text(const char* key, std::string& value, Text meaning) {
   PlainText text(value, "text");
   visit_value({key, meaning}, text);
+}
+
+void Fields::level(const char* key, std::string& value, Text meaning) {
+  Level level(value);
+  visit_value({key, meaning}, level);
 }
 
 void Fields::joined_text(const char* key, std::string& value, Text meaning) {

@@ -72,8 +72,8 @@ void describe(Fields& v, JointEventSection& e) {
   v.quantity("at", e.at, "s", "[0, inf)", "when: at this time");
   v.quantity("reaction above", e.reaction_above, "N", "(0, inf)", "when: the force in the joint exceeds this");
   v.text("measure", e.measure, "when: this measure, a column of machine.measures, passes ...");
-  v.text("above", e.above, "... this value upward, given with the measure's unit: 30 deg");
-  v.text("below", e.below, "... this value downward");
+  v.level("above", e.above, "... this value upward, given with the measure's unit: 30 deg");
+  v.level("below", e.below, "... this value downward");
   v.choice("joint starts", e.starts,
            {{"auto", mbd::JointEvent::Starts::by_events},
             {"open", mbd::JointEvent::Starts::open},

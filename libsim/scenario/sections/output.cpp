@@ -24,7 +24,7 @@ void describe(Fields& v, Window& w) {
 
 void describe(Fields& v, CrossingSection& c) {
   v.text("column", c.column, "a column of the series, a watch or a measure");
-  v.text("at", c.at, "the value, with the column's unit: 30 deg; left out: 0");
+  v.level("at", c.at, "the value, with the column's unit: 30 deg; left out: 0");
   v.choice("direction", c.direction,
            {{"both", CrossingDirection::both},
             {"rising", CrossingDirection::rising},
@@ -131,7 +131,7 @@ class WatchList final : public Compound {
   static void read_over_time(Reader& inner, Watch& watch) {
     if (has_window(watch.kind))
       inner.quantity("within", watch.within, "s", "(0, inf)", "of the last seconds; left out: since the start");
-    if (has_level(watch.kind)) inner.text("at", watch.at, "the value, with the column's unit; left out: 0");
+    if (has_level(watch.kind)) inner.level("at", watch.at, "the value, with the column's unit; left out: 0");
     if (watch.kind == Watch::Kind::count)
       inner.choice("direction", watch.direction,
                    {{"both", CrossingDirection::both},

@@ -41,8 +41,8 @@ void describe(Fields& v, MachineTime& t) {
 
 void describe(Fields& v, StopSection& s) {
   v.text("column", s.column, "a column of the series, a watch or a measure");
-  v.text("above", s.above, "ends the run where the column comes above this value, given with the column's unit: 5 kN");
-  v.text("below", s.below, "the same where it comes below; one of both");
+  v.level("above", s.above, "ends the run where the column comes above this value, given with the column's unit: 5 kN");
+  v.level("below", s.below, "the same where it comes below; one of both");
   v.quantity("for", s.held, "s", "(0, inf)", "how long it must stay there without a break; left out: not at all");
 }
 

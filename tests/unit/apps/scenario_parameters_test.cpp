@@ -107,6 +107,23 @@ TEST(Parameters, HoldEachOtherInAnyOrder) {
   EXPECT_DOUBLE_EQ(s.machine->bodies[0].at[0], 1);
 }
 
+// In the unit of a column that is known later: they were refused without their place.
+TEST(Parameters, StandInLevelsOfEventsStopsAndCrossings) {
+  const std::string more =
+      "  joints: {pin: {revolute: [ground, rod], at: 0 0 m}}\n"
+      "  measures: {turn: {angle: rod}}\n"
+      "  events: {drop: {opens: pin, measure: turn, below: -amp}}\n"
+      "output: {crossings: {up: {column: turn, at: amp/2}}}\n";
+  std::string text = with("amp: 20 deg", "mass: 1 kg, inertia: 1 kg m^2, at: 0 0 m", more);
+  text.replace(text.find("{end: 1 s}"), 10, "{end: 1 s, stop when: {far: {column: turn, above: 3*amp}}}");
+  const Scenario s = load_scenario_text(text, "rod.yaml", {}).scenario;
+  const double amp = 20 * std::numbers::pi / 180;
+  EXPECT_DOUBLE_EQ(parse_quantity(s.machine->events[0].below, "rad"), -amp);
+  EXPECT_DOUBLE_EQ(parse_quantity(s.time.stop_when[0].above, "rad"), 3 * amp);
+  EXPECT_DOUBLE_EQ(parse_quantity(s.output.crossings[0].at, "rad"), amp / 2);
+  EXPECT_THROW(parse_quantity(s.output.crossings[0].at, "m"), UnitError);
+}
+
 TEST(Parameters, StandInFormulasForTheirNumbers) {
   const std::string load = "  forces: {load: {force: rod, moment: {expression: F_0*sin(w*t), unit: % m}}}\n";
   const auto filled = [&](const std::string& unit) {
