@@ -169,24 +169,40 @@ SineFit fit_sine(const Samples& s, double k) {
   return {std::hypot(x[2], x[3]), squares - x.dot(right)};
 }
 
-/// The largest of the lines k = 2, 3, ... periods.
+/// Of 2, 2 1/4, 2 1/2, ... periods: a sine between two of them keeps 97 % of its amplitude or more.
+constexpr double line_spacing = 0.25;
+
 struct FourierLine {
   double periods = 0, amplitude = 0;
 };
-FourierLine largest_line(const Samples& s, std::size_t highest) {
+std::vector<FourierLine> spectrum(const Samples& s, double highest) {
   using Complex = std::complex<double>;
-  std::vector<Complex> turns, terms;  // exp(-2 pi i u), and share x value x its power k
+  std::vector<Complex> turns, terms;  // exp(-2 pi i u line_spacing), and share x value x its powers
   for (std::size_t i = 0; i < s.u.size(); ++i) {
-    turns.push_back(std::polar(1.0, -2 * std::numbers::pi * s.u[i]));
-    terms.push_back(s.shares[i] * s.values[i] * turns[i]);
+    turns.push_back(std::polar(1.0, -2 * std::numbers::pi * line_spacing * s.u[i]));
+    terms.push_back(s.shares[i] * s.values[i] * std::polar(1.0, -2 * std::numbers::pi * (2 - line_spacing) * s.u[i]));
   }
-  FourierLine line;
-  for (std::size_t k = 2; k <= highest; ++k) {
+  std::vector<FourierLine> lines;
+  for (std::size_t n = 0; 2 + line_spacing * static_cast<double>(n) <= highest; ++n) {
     Complex sum = 0;
     for (std::size_t i = 0; i < terms.size(); ++i) sum += terms[i] *= turns[i];
-    if (2 * std::abs(sum) > line.amplitude) line = {static_cast<double>(k), 2 * std::abs(sum)};
+    lines.push_back({2 + line_spacing * static_cast<double>(n), 2 * std::abs(sum)});
   }
-  return line;
+  return lines;
+}
+
+/// Peaks of a spectrum that a fit of their sines may find to be the strongest: neighbours and the trend add to a peak
+/// or take from it.
+std::vector<FourierLine> peaks_of(const std::vector<FourierLine>& lines, double largest) {
+  constexpr double share = 0.7;
+  std::vector<FourierLine> peaks;
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    const double here = lines[n].amplitude;
+    const bool falls =
+        (n == 0 || here >= lines[n - 1].amplitude) && (n + 1 == lines.size() || here > lines[n + 1].amplitude);
+    if (falls && here >= share * largest) peaks.push_back(lines[n]);
+  }
+  return peaks;
 }
 
 }  // namespace
@@ -198,15 +214,23 @@ SpectralLine strongest_line(std::span<const double> time, std::span<const double
   double largest = 0;
   for (const double v : s.values) largest = std::max(largest, std::abs(v));
   take_trend_off(s);
-  constexpr std::size_t most = 400;  // above 400 lines nothing of a machine is found
+  constexpr double most = 400;  // above 400 periods nothing of a machine is found
   constexpr double rounding = 1e-6;
-  const auto highest = std::min(most, static_cast<std::size_t>(0.5 * s.length / s.widest + rounding));
-  const FourierLine line = largest_line(s, highest);
-  if (!(line.amplitude > std::max(1e-12 * largest, std::numeric_limits<double>::epsilon()))) return {};
+  const double highest = std::min(most, 0.5 * s.length / s.widest + rounding);
+  const std::vector<FourierLine> lines = spectrum(s, highest);
+  double amplitude = 0;
+  for (const FourierLine& line : lines) amplitude = std::max(amplitude, line.amplitude);
+  if (!(amplitude > std::max(1e-12 * largest, std::numeric_limits<double>::epsilon()))) return {};
   const auto left = [&](double k) { return fit_sine(s, k).left; };
-  const double k =
-      boost::math::tools::brent_find_minima(left, std::max(1.5, line.periods - 1), line.periods + 1, 26).first;
-  return {s.length / k, fit_sine(s, k).amplitude};
+  double best = std::numeric_limits<double>::infinity(), periods = 0;
+  for (const FourierLine& peak : peaks_of(lines, amplitude)) {
+    const auto [k, rest] = boost::math::tools::brent_find_minima(left, peak.periods - line_spacing,
+                                                                 std::min(highest, peak.periods + line_spacing), 26);
+    // Nearer to the end of the search than rounding of a sine there: it falls on towards a longer period.
+    if (k > 2 * (1 - 1e-3) && rest < best) best = rest, periods = k;
+  }
+  if (periods == 0) return {};
+  return {s.length / periods, fit_sine(s, periods).amplitude};
 }
 
 }  // namespace subsoil::sim

@@ -53,11 +53,11 @@ struct SpectralLine {
   double period = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN where there is none
   double amplitude = 0;                                      ///< of the sine, in the record's unit
 };
-/// The sine that with a mean and a trend fits the record by least squares, within a line of the maximum
-/// |Fourier transform| of periods from two rows, the widest apart, to half the record's length: of any number of
-/// periods, whole or not. Rows count with the time between them, means in the middle of theirs. None of fewer than 16
-/// rows, and of a record that is constant or straight but for rounding, 1e-12 of its maximum value or 2.2e-16 of its SI
-/// unit.
+/// The sine that with a mean and a trend fits the record by least squares, of periods from two rows, the widest apart,
+/// to half the record's length, whole in it or not. Sought at the peaks of the Fourier transform that reach 70 % of its
+/// maximum. Rows count with the time between them, means in the middle of theirs. None where the fit improves towards
+/// longer periods, of fewer than 16 rows, and of a record that is constant or straight but for rounding, 1e-12 of its
+/// maximum value or 2.2e-16 of its SI unit.
 SpectralLine strongest_line(std::span<const double> time, std::span<const double> values, const TimeWindow& window,
                             RowKind kind);
 

@@ -1,6 +1,7 @@
 #include "libsim/post/tool_path.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,32 +10,12 @@ namespace subsoil::sim {
 namespace {
 
 constexpr double far = std::numeric_limits<double>::infinity();
-constexpr double level_edge = 1e-5;                 // m; frames round to some micrometres
-using Vertices = std::vector<std::vector<double>>;  // per surface of the tool
+constexpr double level_edge = 1e-5;  // m; frames round to some micrometres
 
 double lowest(const std::vector<double>& vertices) {
   double low = far;
   for (std::size_t i = 1; i < vertices.size(); i += 3) low = std::min(low, vertices[i]);
   return low;
-}
-
-/// Foremost place along the axis, times direction, of the triangles at a height; -far where none is cut.
-double front_at(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices, double y) {
-  double front = -far;
-  for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
-    const std::vector<double>& v = vertices[k];
-    for (const auto& t : file.surfaces()[tool.surfaces[k]].triangles)
-      for (int e = 0; e < 3; ++e) {
-        const auto a = 3 * static_cast<std::size_t>(t[static_cast<std::size_t>(e)]),
-                   b = 3 * static_cast<std::size_t>(t[static_cast<std::size_t>((e + 1) % 3)]);
-        const double ya = v[a + 1], yb = v[b + 1];
-        if ((ya - y) * (yb - y) > 0 || ya == yb) continue;
-        const double share = (y - ya) / (yb - ya);
-        const double from = v[a + tool.axis], to = v[b + tool.axis];
-        front = std::max(front, tool.direction * (from + share * (to - from)));
-      }
-  }
-  return front;
 }
 
 /// Surfaces that come deep enough, by the deepest point of each over the record.
@@ -116,58 +97,107 @@ double within_sides(double place, const ToolPath& tool, const dem::PeriodicCell&
   return cell.length[d] > 0 ? std::clamp(place, cell.low[d], cell.low[d] + cell.length[d]) : place;
 }
 
-/// Lengths of the stretches that the triangles below the soil's surface cover across the travel.
-std::vector<double> widths_apart(const SurfaceSamples& file, const ToolPath& tool, const Vertices& vertices,
-                                 const dem::PeriodicCell& cell) {
-  std::vector<std::pair<double, double>> covered;
-  for (std::size_t k = 0; k < tool.surfaces.size(); ++k) {
-    const std::vector<double>& v = vertices[k];
-    for (const auto& t : file.surfaces()[tool.surfaces[k]].triangles) {
-      double low = far, from = far, until = -far;
-      for (const auto corner : t) {
-        const std::size_t at = 3 * static_cast<std::size_t>(corner);
+/// A triangle that reaches below the soil's surface, and what it covers across the travel.
+struct Face {
+  std::array<Vec3, 3> corners;
+  double from = far, until = -far;
+};
+std::vector<Face> faces_in_soil(const SurfaceSamples& file, const ToolPath& tool, std::size_t frame,
+                                const dem::PeriodicCell& cell) {
+  std::vector<Face> out;
+  for (const std::size_t s : tool.surfaces) {
+    const std::vector<double> v = file.surface(frame, file.surfaces()[s]);
+    for (const auto& t : file.surfaces()[s].triangles) {
+      Face face;
+      double low = far;
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::size_t at = 3 * static_cast<std::size_t>(t[e]);
+        face.corners[e] = {v[at], v[at + 1], v[at + 2]};
         const double across = within_sides(v[at + tool.across()], tool, cell);
-        low = std::min(low, static_cast<double>(v[at + 1]));
-        from = std::min(from, across), until = std::max(until, across);
+        low = std::min(low, v[at + 1]);
+        face.from = std::min(face.from, across), face.until = std::max(face.until, across);
       }
-      if (low < tool.soil_surface) covered.emplace_back(from, until);
+      if (low < tool.soil_surface) out.push_back(face);
     }
   }
-  std::sort(covered.begin(), covered.end());
-  std::vector<double> out;
-  double from = far, until = -far;
-  for (const auto& [begin, end] : covered) {
-    if (begin > until + level_edge && until > from) out.push_back(until - from), from = begin, until = end;
-    from = std::min(from, begin), until = std::max(until, end);
-  }
-  if (until > from) out.push_back(until - from);
   return out;
+}
+
+/// Stretches across the travel that the faces cover.
+std::vector<Shank> stretches(std::vector<Face> faces) {
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.from < b.from; });
+  std::vector<Shank> out;
+  for (const Face& face : faces) {
+    if (out.empty() || face.from > out.back().until + level_edge)
+      out.push_back({.from = face.from, .until = face.until});
+    out.back().until = std::max(out.back().until, face.until);
+  }
+  std::erase_if(out, [](const Shank& s) { return !(s.until > s.from); });
+  return out;
+}
+
+/// Whether an interval across the travel begins in that of a shank.
+bool is_of(const Shank& shank, double from) { return from >= shank.from - level_edge && from <= shank.until; }
+
+/// Foremost place along the axis, times direction, of a shank's triangles at a height; -far where none is cut.
+double front_at(const std::vector<Face>& faces, const Shank& shank, const ToolPath& tool, double y) {
+  double front = -far;
+  for (const Face& face : faces) {
+    if (!is_of(shank, face.from)) continue;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const Vec3 &a = face.corners[e], &b = face.corners[(e + 1) % 3];
+      if ((a.y - y) * (b.y - y) > 0 || a.y == b.y) continue;
+      const double share = (y - a.y) / (b.y - a.y);
+      const double from = a[static_cast<int>(tool.axis)], to = b[static_cast<int>(tool.axis)];
+      front = std::max(front, tool.direction * (from + share * (to - from)));
+    }
+  }
+  return front;
+}
+
+/// Depth of a shank, and its rake from its own tip.
+void measure(const std::vector<Face>& faces, const ToolPath& tool, Shank& shank) {
+  double low = far, tip = 0;
+  for (const Face& face : faces)
+    if (is_of(shank, face.from))
+      for (const Vec3& corner : face.corners) {
+        const double place = tool.direction * corner[static_cast<int>(tool.axis)];
+        // Of a level edge or face the foremost point is the tip.
+        const bool level = std::abs(corner.y - low) < level_edge;
+        if (level ? place > tip : corner.y < low) tip = place;
+        low = std::min(low, corner.y);
+      }
+  shank.depth = tool.soil_surface - low;
+  shank.rake_low = std::numbers::pi, shank.rake_high = 0;
+  for (int k = 5; k <= 20; ++k) {
+    const double up = shank.depth * k / 20.0;
+    const double front = front_at(faces, shank, tool, low + up - 1e-9);
+    if (front == -far) continue;
+    const double rake = std::atan2(up, tip - front);
+    shank.rake_low = std::min(shank.rake_low, rake), shank.rake_high = std::max(shank.rake_high, rake);
+  }
 }
 
 void measure(const SurfaceSamples& file, const dem::PeriodicCell& cell, ToolPath& tool) {
   const auto frame =
       static_cast<std::size_t>(std::max_element(tool.depth.begin(), tool.depth.end()) - tool.depth.begin());
-  Vertices vertices;
   double low = far, high = -far;
   for (const std::size_t s : tool.surfaces) {
-    vertices.push_back(file.surface(frame, file.surfaces()[s]));
-    for (std::size_t i = 0; i + 2 < vertices.back().size(); i += 3)
-      if (vertices.back()[i + 1] < tool.soil_surface) {
-        const double across = within_sides(vertices.back()[i + tool.across()], tool, cell);
+    const std::vector<double> v = file.surface(frame, file.surfaces()[s]);
+    for (std::size_t i = 0; i + 2 < v.size(); i += 3)
+      if (v[i + 1] < tool.soil_surface) {
+        const double across = within_sides(v[i + tool.across()], tool, cell);
         low = std::min(low, across), high = std::max(high, across);
       }
   }
   tool.width = high - low;
-  tool.widths = widths_apart(file, tool, vertices, cell);
   tool.middle = 0.5 * (low + high);
-  const double depth = tool.depth[frame], tip = tool.direction * tool.tip[frame];
+  const std::vector<Face> faces = faces_in_soil(file, tool, frame, cell);
+  tool.shanks = stretches(faces);
   tool.rake_low = std::numbers::pi, tool.rake_high = 0;
-  for (int k = 5; k <= 20; ++k) {
-    const double up = depth * k / 20.0;
-    const double front = front_at(file, tool, vertices, tool.soil_surface - depth + up - 1e-9);
-    if (front == -far) continue;
-    const double rake = std::atan2(up, tip - front);
-    tool.rake_low = std::min(tool.rake_low, rake), tool.rake_high = std::max(tool.rake_high, rake);
+  for (Shank& shank : tool.shanks) {
+    measure(faces, tool, shank);
+    tool.rake_low = std::min(tool.rake_low, shank.rake_low), tool.rake_high = std::max(tool.rake_high, shank.rake_high);
   }
 }
 

@@ -167,8 +167,8 @@ std::vector<ReportNumber> numbers_of_soil(const RunFolder& run, const ToolPath& 
   const double depth = depth_of(tool);
   add("tool", "greatest depth of the tip", "m", depth, none, whole);
   add("tool", "width in the soil", "m", tool.width, none, whole);
-  if (tool.widths.size() > 1)
-    add("tool", "tools that stand apart in it", "1", static_cast<double>(tool.widths.size()), none, whole);
+  if (tool.shanks.size() > 1)
+    add("tool", "tools that stand apart in it", "1", static_cast<double>(tool.shanks.size()), none, whole);
   add("tool", "mean speed of travel", "m/s", tool.speed, none, whole);
   if (!furrow) return out;
   TimeWindow ends = whole;
@@ -257,22 +257,36 @@ std::string with_error(double value, double error, int digits, const char* unit)
   return fmt::format("{:.{}f} +- {:.{}f} {}", value, digits, error, digits, unit);
 }
 
-/// "127", or "25 + 25" of tools that stand apart; mm.
+/// "127", or "25 + 25" of shanks that stand apart; mm.
 std::string widths_text(const ToolPath& tool) {
   std::string text;
-  for (const double width : tool.widths) text += fmt::format("{}{:.0f}", text.empty() ? "" : " + ", 1e3 * width);
+  for (const Shank& s : tool.shanks) text += fmt::format("{}{:.0f}", text.empty() ? "" : " + ", 1e3 * s.width());
   return text;
+}
+/// "60", or "60 + 50" of shanks that do not reach as deep; mm.
+std::string depths_text(const ToolPath& tool) {
+  std::string one, all;
+  bool alike = true;
+  for (const Shank& s : tool.shanks) {
+    const std::string text = fmt::format("{:.0f}", 1e3 * s.depth);
+    alike = alike && (one.empty() || one == text);
+    one = text, all += (all.empty() ? "" : " + ") + text;
+  }
+  return alike ? one : all;
 }
 
 ModelBand asabe(const std::optional<ToolPath>& tool) {
   ModelBand out{"ASABE D497, narrow-point subsoiler", {}, no_draft(tool)};
   if (!out.text.empty()) return out;
-  const double depth = depth_of(*tool);
-  const std::size_t tools = tool->widths.size();
-  const Band each = asabe_subsoiler(depth, tool->speed);
-  out.band = {static_cast<double>(tools) * each.low, static_cast<double>(tools) * each.high};
-  out.text = fmt::format("{} tool{}, depth {:.0f} mm, {:.2f} m/s; coarse soil - 50 % to fine soil + 50 %", tools,
-                         tools == 1 ? "" : "s", 1e3 * depth, tool->speed);
+  const std::size_t tools = tool->shanks.size();
+  Band all;
+  for (const Shank& shank : tool->shanks) {
+    const Band each = asabe_subsoiler(shank.depth, tool->speed);
+    all.low += each.low, all.high += each.high;
+  }
+  out.band = all;
+  out.text = fmt::format("{} tool{}, depth {} mm, {:.2f} m/s; coarse soil - 50 % to fine soil + 50 %", tools,
+                         tools == 1 ? "" : "s", depths_text(*tool), tool->speed);
   return out;
 }
 
@@ -290,10 +304,9 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
   else if (!(tool->rake_high > tool->rake_low || tool->rake_high > 0))
     out.text = "needs a rake: the tool has no front face";
   if (!out.text.empty()) return out;
-  const double depth = depth_of(*tool);
   Band band{std::numeric_limits<double>::infinity(), 0};
   bool vertical = false;  // no wedge ahead
-  for (const double rake : {tool->rake_low, 0.5 * (tool->rake_low + tool->rake_high), tool->rake_high})
+  for (const double steep : {0.0, 0.5, 1.0})
     for (const double c : {-1.0, 1.0})
       for (const double f : {-1.0, 1.0}) {
         WedgeSoil soil{.density = density,
@@ -301,10 +314,11 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
                        .friction = std::max(0.0, given->friction + f * known_error(given->friction_error)),
                        .adhesion = given->adhesion};
         soil.wall_friction = given->wall_friction.value_or(2.0 / 3 * soil.friction);
-        double draft = 0;  // of tools that stand apart the sum: their wedges are taken not to meet
-        for (const double width : tool->widths) {
-          vertical = vertical || mckyes_ali_rupture(soil, width, depth, rake) > 89 * degree;
-          draft += mckyes_ali(soil, width, depth, rake);
+        double draft = 0;  // of shanks that stand apart the sum: their wedges are taken not to meet
+        for (const Shank& shank : tool->shanks) {
+          const double rake = shank.rake_low + steep * (shank.rake_high - shank.rake_low);
+          vertical = vertical || mckyes_ali_rupture(soil, shank.width(), shank.depth, rake) > 89 * degree;
+          draft += mckyes_ali(soil, shank.width(), shank.depth, rake);
         }
         if (!std::isfinite(draft)) continue;
         band.low = std::min(band.low, draft), band.high = std::max(band.high, draft);
@@ -315,11 +329,11 @@ ModelBand mckyes(const RunFolder& run, const std::optional<ToolPath>& tool, cons
   }
   out.band = band;
   out.text =
-      fmt::format("c {}, phi {}, delta {}, {:.0f} kg/m3, width {} mm, depth {:.0f} mm, rake {:.0f} to {:.0f} deg",
+      fmt::format("c {}, phi {}, delta {}, {:.0f} kg/m3, width {} mm, depth {} mm, rake {:.0f} to {:.0f} deg",
                   with_error(given->cohesion * 1e-3, given->cohesion_error * 1e-3, 2, "kPa"),
                   with_error(given->friction / degree, given->friction_error / degree, 1, "deg"),
                   given->wall_friction ? fmt::format("{:.1f} deg", *given->wall_friction / degree) : "2/3 phi", density,
-                  widths_text(*tool), 1e3 * depth, tool->rake_low / degree, tool->rake_high / degree);
+                  widths_text(*tool), depths_text(*tool), tool->rake_low / degree, tool->rake_high / degree);
   if (vertical) out.text += "; at the minimum rake no wedge forms ahead: the lower end is a bound";
   return out;
 }

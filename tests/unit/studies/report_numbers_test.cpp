@@ -167,6 +167,23 @@ TEST(Spectrum, NeedsNoWholePeriods) {
   }
 }
 
+/// Between two whole numbers of periods a line keeps 64 % of its amplitude: the weaker one was taken for it.
+TEST(Spectrum, FindsTheStrongerOfTwoLines) {
+  Record r, slow;
+  for (int i = 0; i <= 1000; ++i) {
+    const double t = 1e-3 * i, turns = 2 * std::numbers::pi * t;
+    r.time.push_back(t), slow.time.push_back(t);
+    r.values.push_back(13 * std::sin(10.5 * turns) + 10 * std::sin(6 * turns));
+    slow.values.push_back(13 * std::sin(1.4 * turns));
+  }
+  // The other sine, 4.5 lines away, moves the fitted one by less than a tenth of a line.
+  const SpectralLine line = strongest_line(r.time, r.values, {}, RowKind::instant);
+  EXPECT_NEAR(line.period, 1 / 10.5, 0.1 / (10.5 * 10.5));
+  EXPECT_NEAR(line.amplitude, 13, 0.5);
+  EXPECT_TRUE(std::isnan(strongest_line(slow.time, slow.values, {}, RowKind::instant).period))
+      << "1.4 periods are no two";
+}
+
 /// Rows 2 ms apart and later 10 ms: the driver's force of a body that swings at 7.3 and 3.1 Hz, F = m x''. Instants are
 /// the sines themselves; means over a row are x' differences over its time.
 TEST(Spectrum, RowsNeedNotBeEvenlySpaced) {
@@ -331,8 +348,9 @@ TEST(ModelBands, AreOfToolsThatTravel) {
   run.series = Series{{{"time", "s"}, {"draft", "N"}}, {{0, 0.1, 0.2}, {1, 2, 3}}};
   run.summary = Json{{"soil", {{"bulk density [kg/m3]", 1461.0}}}};
   ToolPath tool;
-  tool.depth = {0.05, 0.05}, tool.width = 0.03, tool.widths = {0.03};
+  tool.depth = {0.05, 0.05}, tool.width = 0.03;
   tool.rake_low = tool.rake_high = std::numbers::pi / 2;
+  tool.shanks = {{.from = 0, .until = 0.03, .depth = 0.05, .rake_low = tool.rake_low, .rake_high = tool.rake_low}};
   const SoilStrength strength{.cohesion = 100, .friction = 32 * degree, .wall_friction = {}};
   for (const double travel : {0.002, 0.3}) {
     tool.travel = travel, tool.speed = travel / 0.2;
@@ -411,8 +429,8 @@ TEST(ToolPath, ShanksApartAreToolsOfTheirOwn) {
   const Boxes one({0, 1}, {{0, 0.03, -0.1, 0.2, -w / 2, w / 2}}, along);
   const auto both = tool_path(two, 0, one_body(two)), single = tool_path(one, 0, one_body(one));
   ASSERT_TRUE(both && single);
-  ASSERT_EQ(both->widths.size(), 2U);
-  for (const double width : both->widths) EXPECT_NEAR(width, w, 1e-6);
+  ASSERT_EQ(both->shanks.size(), 2U);
+  for (const Shank& shank : both->shanks) EXPECT_NEAR(shank.width(), w, 1e-6);
   EXPECT_NEAR(both->width, 0.1 + w, 1e-6);
   RunFolder run;
   run.series = Series{{{"time", "s"}, {"draft", "N"}}, {{0, 0.5, 1}, {1, 2, 3}}};
@@ -424,6 +442,34 @@ TEST(ToolPath, ShanksApartAreToolsOfTheirOwn) {
     EXPECT_NEAR(of_two[k].band->high, 2 * of_one[k].band->high, 1e-4 * of_two[k].band->high);
     EXPECT_NEAR(of_two[k].band->low, 2 * of_one[k].band->low, 1e-4 * of_two[k].band->low);
   }
+}
+
+/// Each has its own depth and rake: the rake of all was taken from the tip of the deeper one to the front of the other.
+TEST(ToolPath, AShankBehindHasARakeOfItsOwn) {
+  const auto along = [](double t, std::array<double, 3> c) { return std::array{c[0] + 0.5 * t, c[1], c[2]}; };
+  const Boxes two({0, 1}, {{0, 0.02, -0.05, 0.2, 0.035, 0.065}, {-0.03, -0.01, -0.06, 0.2, -0.065, -0.035}}, along);
+  const auto tool = tool_path(two, 0, one_body(two));
+  ASSERT_TRUE(tool);
+  ASSERT_EQ(tool->shanks.size(), 2U);
+  EXPECT_NEAR(tool->shanks[0].depth, 0.06, 1e-6);
+  EXPECT_NEAR(tool->shanks[1].depth, 0.05, 1e-6);
+  for (const double rake : {tool->rake_low, tool->rake_high}) EXPECT_NEAR(rake, std::numbers::pi / 2, 1e-4);
+  RunFolder run;
+  run.series = Series{{{"time", "s"}, {"draft", "N"}}, {{0, 0.5, 1}, {1, 2, 3}}};
+  run.summary = Json{{"soil", {{"bulk density [kg/m3]", 1461.0}}}};
+  const SoilStrength strength{.cohesion = 100, .friction = 32 * degree, .wall_friction = {}};
+  const WedgeSoil soil{.density = 1461,
+                       .cohesion = strength.cohesion,
+                       .friction = strength.friction,
+                       .wall_friction = 2.0 / 3 * strength.friction};
+  const auto bands = model_bands(run, tool, strength);
+  const auto wedge = std::find_if(bands.begin(), bands.end(),
+                                  [](const ModelBand& m) { return m.name.find("McKyes") != std::string::npos; });
+  ASSERT_TRUE(wedge != bands.end() && wedge->band);
+  const double both =
+      mckyes_ali(soil, 0.03, 0.06, std::numbers::pi / 2) + mckyes_ali(soil, 0.03, 0.05, std::numbers::pi / 2);
+  EXPECT_NEAR(wedge->band->high, both, 1e-3 * both);
+  EXPECT_NE(wedge->text.find("depth 60 + 50 mm"), std::string::npos) << wedge->text;
 }
 
 }  // namespace
