@@ -16,14 +16,16 @@ namespace {
 class Window {
  public:
   Window(double from, double to, double diameter)
-      : low_(from), high_(to), kind_(to - from < kFewDiameters * diameter ? Kind::whole : Kind::middle) {
-    if (kind_ == Kind::middle) low_ += diameter, high_ -= diameter;
+      : low_(from), high_(to), kind_(to - from < kFewDiameters * diameter ? Kind::box : Kind::middle) {
+    // Two diameters have no middle; from four on, one diameter at either side is left out.
+    const double side = diameter * std::clamp(0.5 * ((to - from) / diameter - 2), 0.0, 1.0);
+    low_ += side, high_ -= side;
   }
   static Window period(double length) { return Window(length); }
 
   double operator()(double x, double r) const {
     if (kind_ == Kind::period) return 1;
-    if (kind_ == Kind::whole) return share_above((x - low_) / r) + share_above((high_ - x) / r) - 1;
+    if (kind_ == Kind::box) return share_above((x - low_) / r) + share_above((high_ - x) / r) - 1;
     if (!(x > low_ && x < high_)) return 0;
     const double s = std::sin(std::numbers::pi * (x - low_) / (high_ - low_));
     return s * s;
@@ -40,7 +42,7 @@ class Window {
   }
 
   double low_, high_;
-  enum class Kind { middle, whole, period } kind_;
+  enum class Kind { middle, box, period } kind_;
 };
 
 /// Cells of one diameter with the spheres in them, for neighbour counts.

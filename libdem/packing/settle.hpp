@@ -38,14 +38,17 @@ struct SettleProgress {
 /// put in.
 struct SettleState {
   std::vector<double> decisions;
-  long steps = 0;            ///< of all stages
-  long steps_of_run = 0;     ///< of the stage under way
-  double still_since = 0;    ///< s at which the bed was last not still
+  long steps = 0;          ///< of all stages
+  long steps_of_run = 0;   ///< of the stage under way
+  double still_since = 0;  ///< s at which the bed was last not still
+  /// Along gravity at the last look (kg m/s), and when that was (s); NaN before the first.
+  double momentum = 0, momentum_time = 0;
   std::vector<double> load;  ///< BedLoad::save, of one that acts
   Bed::State bed;
   /// All but the bed.
   void archive(Archive& a) {
     a("decisions", decisions)("steps", steps)("steps of run", steps_of_run)("still since", still_since);
+    a("momentum", momentum)("momentum time", momentum_time);
     if (!a.reads() || a.has("load")) a("load", load);
   }
 };

@@ -16,6 +16,9 @@ namespace {
 constexpr double kRestHeight = 1e-4;  ///< share of the radius that kinetic energy at rest could lift a sphere by
 constexpr int kRampSteps = 20;        ///< a twentieth of the attraction at a time moves a sphere by less than its rest
 constexpr long kProgressSteps = 100;
+/// Share of the weight of the bed that may be unbalanced at rest, while a sphere falls by its radius: stresses by depth
+/// are within it.
+constexpr double kUnbalanced = 0.005;
 constexpr long kLookSteps = 10;     ///< between looks whether the bed is still
 constexpr long kDensitySteps = 20;  ///< between looks at the density
 
@@ -79,7 +82,7 @@ void Settler::finish() {
   if (plan_.duration)
     run_for(*plan_.duration, "settling");
   else
-    run_until(plan_.until_speed, "settling");
+    run_until(plan_.until_speed, "settling", !plan_.until_speed && gravity_ > 0);
 }
 
 void Settler::compact(std::optional<double> depth) {
@@ -174,6 +177,13 @@ double Settler::rms_speed(bool with_spin) const {
   return mass_ > 0 ? std::sqrt(energy / mass_) : 0;
 }
 
+Vec3 Settler::momentum_of_all() const {
+  Vec3 momentum;
+  for (const Sphere& s : bed_.spheres())
+    if (!is_fixed(s)) momentum += s.m * s.v;
+  return momentum;
+}
+
 void Settler::weigh() {
   mass_ = decide_([&] {
     double mass = 0;
@@ -197,6 +207,7 @@ bool Settler::passed() {
   bed_.restore(plan_.from->bed);
   waits_ = false;
   steps_ = plan_.from->steps, steps_of_run_ = plan_.from->steps_of_run, still_since_ = plan_.from->still_since;
+  momentum_before_ = plan_.from->momentum, momentum_time_ = plan_.from->momentum_time;
   if (load_ != nullptr) load_->restore(plan_.from->load);
   return false;
 }
@@ -258,7 +269,7 @@ void Settler::refuse_small(double length, double diameter, const char* direction
 
 void Settler::keep_if_due() {
   if (!plan_.keep_due || !(stopped_ || plan_.keep_due())) return;
-  plan_.keep({decide_.made(), steps_, steps_of_run_, still_since_,
+  plan_.keep({decide_.made(), steps_, steps_of_run_, still_since_, momentum_before_, momentum_time_,
               load_ != nullptr ? load_->save() : std::vector<double>{}, bed_.save()});
 }
 
@@ -286,7 +297,16 @@ void Settler::run_for(double duration, const char* stage) {
   if (!stopped_) end_run();
 }
 
-void Settler::run_until(std::optional<double> speed, const char* stage) {
+// A bed that swings up and down as a whole moves by less than its rest and presses its floor by percents more, and
+// less, than it weighs.
+bool Settler::carries_weight() {
+  const double momentum = dot(momentum_of_all(), bed_.options().gravity) / gravity_, time = bed_.time();
+  const double force = (momentum - momentum_before_) / (time - momentum_time_);  // NaN at first
+  momentum_before_ = momentum, momentum_time_ = time;
+  return std::abs(force) <= kUnbalanced * mass_ * gravity_;
+}
+
+void Settler::run_until(std::optional<double> speed, const char* stage, bool balanced) {
   weigh();
   if (radius_ == 0) return;  // there is no sphere
   begin_run();
@@ -302,7 +322,7 @@ void Settler::run_until(std::optional<double> speed, const char* stage) {
     const bool with_rotation = !speed && rotation_counts_;
     const double now = rms_speed(with_rotation);
     if (is_enough()) break;
-    const bool borne = load_ == nullptr || load_->holds();
+    const bool borne = (load_ == nullptr || load_->holds()) && (carries_weight() || !balanced);
     if (!(now < limit && bed_.max_speed() < std::max(falling, limit) && borne))
       still_since_ = bed_.time();
     else if (bed_.time() - still_since_ >= hold)
@@ -344,10 +364,8 @@ void Settler::refuse_motion(const char* stage, double now, double limit, bool wi
 
 void Settler::refuse_sliding(const char* stage, double now) const {
   const Vec3& period = bed_.options().periodic.length;
-  Vec3 momentum;
-  double mass = 0;
-  for (const Sphere& s : bed_.spheres())
-    if (!is_fixed(s)) momentum += s.m * s.v, mass += s.m;
+  const Vec3 momentum = momentum_of_all();
+  const double mass = mass_;
   Vec3 along, down = bed_.options().gravity;
   for (int d = 0; d < 3; ++d)
     if (period[d] > 0) along[d] = momentum[d] / mass, down[d] = 0;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -99,14 +100,21 @@ class Settler {
   [[noreturn]] void refuse_passed(double now) const;
   static void refuse_small(double length, double diameter, const char* direction);
 
-  void begin_run() { steps_of_run_ = 0, still_since_ = bed_.time(); }
+  void begin_run() {
+    steps_of_run_ = 0, still_since_ = bed_.time();
+    momentum_time_ = std::numeric_limits<double>::quiet_NaN();
+  }
   void end_run() {
     decide_([] { return 0.0; });
   }
   void keep_if_due();
   void step(const char* stage);
   void run_for(double duration, const char* stage);
-  void run_until(std::optional<double> speed, const char* stage);
+  /// @param balanced the bed is at rest only where it presses the floor by its weight
+  void run_until(std::optional<double> speed, const char* stage, bool balanced = false);
+  Vec3 momentum_of_all() const;
+  /// Whether the bed has been borne by its weight since the last look.
+  bool carries_weight();
 
   /// States speeds of centres and of surfaces that turn: either may keep the bed from rest.
   [[noreturn]] void refuse_motion(const char* stage, double now, double limit, bool with_rotation) const;
@@ -126,6 +134,7 @@ class Settler {
   bool waits_ = false;
   long steps_ = 0, steps_of_run_ = 0;
   double still_since_ = 0;
+  double momentum_before_ = 0, momentum_time_ = 0;  ///< along gravity, at the last look
   bool stopped_ = false;
   // Of compaction.
   BedLoad* load_ = nullptr;  ///< that acts now

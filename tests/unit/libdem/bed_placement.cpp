@@ -98,6 +98,28 @@ TEST(BedLattice, DensityOfThinBeds) {
         }
 }
 
+// Layers half as full at floor and surface are no part of the middle, however shallow the bed: a bed of five diameters
+// was taken as a whole. The window of six and more shows a lattice of n pitches within 2/(pi n (n^2 - 1)).
+TEST(BedLattice, DensityDoesNotDependOnTheDepth) {
+  constexpr double r = 0.01;
+  PeriodicCell cell;
+  cell.length = {16 * r, 0, 16 * r};
+  for (const int ny : {4, 5, 6, 7, 12}) {
+    std::vector<Sphere> spheres;
+    for (int i = 0; i < 64 * ny; ++i) {
+      const int x = i % 8, z = i / 8 % 8, layer = i / 64;
+      if ((layer == 0 || layer == ny - 1) && (x + z) % 2 == 1) continue;
+      Sphere& s = spheres.emplace_back();
+      s.x = r * Vec3{2.0 * x + 1, 2.0 * layer + 1, 2.0 * z + 1};
+      s.r = r, s.m = sphere_mass;
+    }
+    const double n = ny - 2, of_window = ny < 6 ? 1e-9 : 2 / (std::numbers::pi * n * (n * n - 1));
+    EXPECT_NEAR(bulk_density(spheres, {{}, {16 * r, 2 * r * ny, 16 * r}}, cell) / (density * std::numbers::pi / 6), 1,
+                of_window)
+        << ny;
+  }
+}
+
 TEST(BedLattice, StandsCentredAndLetIntoTheFloor) {
   Bounds box;
   for (const SphereSpec& s : lattice(plan(0.0202), soil_material)) box.include(s.position);
