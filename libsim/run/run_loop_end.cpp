@@ -177,7 +177,7 @@ void RunLoop::finish(int& code) {
   write_inlets(*summary_, world_);
   write_fibres(*summary_, world_, output_.frames->fibre_drag());
   if (world_.bed) write_servos(*summary_, world_, simulation_);
-  if (world_.bed) write_wear(*summary_, world_, output_.reached);
+  if (world_.bed) write_wear(*summary_, world_);
   attempt(code, [&] { summary_->write(request_.out / "summary.json"); });
   if (code == exit_ok) checkpoints_.remove();
   if (const std::string means = means_text(*summary_, tools_.progress(), s_); !means.empty() && world_.bed)

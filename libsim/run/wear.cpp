@@ -43,11 +43,11 @@ Json wear_json(const WearSection& wear, std::span<const dem::FaceLoad> loads, co
 
 }  // namespace
 
-void write_wear(Summary& summary, const World& world, double duration) {
+void write_wear(Summary& summary, const World& world) {
   for (const SurfaceRecord& s : world.surfaces)
     if (s.wear) {
       const FacesOfMesh faces = faces_of(world, s);
-      summary.section("wear")[s.name] = wear_json(*s.wear, loads_of(world, s, faces), faces.areas, duration);
+      summary.section("wear")[s.name] = wear_json(*s.wear, loads_of(world, s, faces), faces.areas, world.bed->time());
     }
 }
 

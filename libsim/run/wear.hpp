@@ -10,7 +10,8 @@ double archard_volume(const WearSection& wear, const dem::FaceLoad& load);
 /// k int |F| |v| f(a) dt, m^3 (Finnie 1960).
 double finnie_volume(const WearSection& wear, const dem::FaceLoad& load);
 
-/// Section `wear` of the summary: of each surface that keeps loads its totals and its most worn triangle.
-void write_wear(Summary& summary, const World& world, double duration);
+/// Section `wear` of the summary: of each surface that keeps loads its totals up to the bed's last step and
+/// its most worn triangle.
+void write_wear(Summary& summary, const World& world);
 
 }  // namespace subsoil::sim
