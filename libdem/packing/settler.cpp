@@ -18,7 +18,7 @@ constexpr int kRampSteps = 20;        ///< a twentieth of the attraction at a ti
 constexpr long kProgressSteps = 100;
 /// Share of the weight of the bed that may be unbalanced at rest, while a sphere falls by its radius: stresses by depth
 /// are within it.
-constexpr double kUnbalanced = 0.005;
+constexpr double kUnbalanced = 0.01;
 constexpr long kLookSteps = 10;     ///< between looks whether the bed is still
 constexpr long kDensitySteps = 20;  ///< between looks at the density
 
