@@ -8,6 +8,7 @@
 
 namespace subsoil::sim {
 
+dem::ShareOf shares_of(ShareOf s);
 /// A distribution of the scenario as the bed takes it.
 dem::RadiusDistribution sizes_of(const RadiusDistribution& sizes);
 /// Shares of clumps as the bed takes them, once it has their shapes.

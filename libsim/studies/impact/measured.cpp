@@ -10,6 +10,7 @@
 #include "libsim/document/document.hpp"
 #include "libsim/document/quantity.hpp"
 #include "libsim/io/csv.hpp"
+#include "libsim/io/csv_separator.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -31,6 +32,7 @@ class MeasuredReader {
     if (text.find_first_not_of(" \t\r") == std::string::npos || text[0] == '#') return;
     const std::vector<std::string> fields = csv::split(text);
     if (header_.empty()) {
+      if (const std::string other = csv::other_separator(text); !other.empty()) refuse(other);
       for (const std::string& f : fields) header_.push_back(field_of(f));
       return;
     }

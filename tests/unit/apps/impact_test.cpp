@@ -283,6 +283,7 @@ TEST(ImpactFit, RefusesWhatTheDataCannotTell) {
   EXPECT_NE(file("speed [m/s], force [N]\n")
                 .find("data.csv:1: unknown column `force`; known here: speed, restitution, peak force"),
             std::string::npos);
+  EXPECT_EQ(file("speed [m/s];restitution [1]\n1;0,9\n").substr(0, 43), "data.csv:1: has its fields separated by `;`");
 }
 
 TEST(ImpactFit, StiffnessOfTheGroundFromForces) {
