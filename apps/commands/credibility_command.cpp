@@ -95,7 +95,7 @@ CLI::App* add_credibility(CLI::App& app, CredibilityRequest& request) {
       ->allow_extra_args(false)
       ->type_name("PATH=VALUE");
   word->add_option("--numbers", request.numbers,
-                   "columns whose means are judged; default: draft and pull, else soil.draft, else every watch")
+                   "columns whose means are judged; default: draft and pull, else soil.draft, else every monitor")
       ->delimiter(',');
   word->add_option("--axes", request.axes,
                    "only these: step, stiffness, radius, bin, packing, coupling step; default: all")

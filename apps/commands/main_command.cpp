@@ -316,7 +316,7 @@ int main_command(int argc, char** argv, const EngineMaker& engine) {
 
   PlotRequest plot_request;
   CLI::App* plot_word = app.add_subcommand(
-      "plot", "draw the watches of one or more runs over time or --over a column, or a mechanism's positions");
+      "plot", "draw the monitors of one or more runs over time or --over a column, or a mechanism's positions");
   add_plot(*plot_word, plot_request);
 
   ImpactRequest impact_request;

@@ -245,7 +245,7 @@ int Columns::force_column(const Watch& watch, const Loaded& loaded) const {
   for (const SeriesColumn& c : columns_)
     if (c.name.rfind(watch.of + ".", 0) == 0) known += (known.empty() ? "" : ", ") + c.name;
   throw ScenarioError(loaded.where(path) + " = " + watch.of +
-                      ": it has no force of one kind; watch one of its columns, " + known);
+                      ": it has no force of one kind; monitor one of its columns, " + known);
 }
 
 void Columns::add_watch(const Watch& watch, const Loaded& loaded) {

@@ -23,7 +23,7 @@ void describe(Fields& v, Window& w) {
 }
 
 void describe(Fields& v, CrossingSection& c) {
-  v.text("column", c.column, "a column of the series, a watch or a measure");
+  v.text("column", c.column, "a column of the series, a monitor or a measure");
   v.level("at", c.at, "the value, with the column's unit: 30 deg; left out: 0");
   v.choice("direction", c.direction,
            {{"both", CrossingDirection::both},
@@ -110,7 +110,7 @@ class WatchList final : public Compound {
       if (watch.kind == Watch::Kind::formula)
         read_formula(inner, watch);
       else
-        inner.reference(watch_words[i], watch.of, Family::body, "what is watched");
+        inner.reference(watch_words[i], watch.of, Family::body, "what is monitored");
     }
     inner.find_type(node, path, {watch_words.begin(), watch_words.end()});
     if (watch.over_time()) {
@@ -255,9 +255,9 @@ void describe(Fields& v, Output& o) {
   WatchList watches(o.watch);
   v.visit_compound({"monitor",
                     "named columns of the series: shovel.angle, {driver: H10}, {soil force: shovel, along: -1 0} "
-                    "(along x unless said, a moment about z), "
+                    "(along x unless given, a moment about z), "
                     "{formula: F*v, of: "
-                    "{F: pull, v: trolley.vx}, unit: W} of columns and of watches before it, in SI units; over time: "
+                    "{F: pull, v: trolley.vx}, unit: W} of columns and of monitors before it, in SI units; over time: "
                     "{integral: power}, {derivative: depth}, {mean: pull, within: 0.5 s}, {maximum: lift}, {minimum: "
                     "lift, within: 1 s}, {count: rod.angle, at: 30 deg, direction: rising}, {time above: pull, at: 3 "
                     "kN, unbroken: yes}"},

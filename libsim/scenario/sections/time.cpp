@@ -20,8 +20,8 @@ void describe(Fields& v, MachineTime& t) {
       "auto: cvode for a machine alone, ida where it has beams; with soil adams-moulton, cvode where it has hydraulic "
       "cylinders; adams-moulton where `step` or `order` is given. adams-moulton: fixed step on partitioned "
       "coordinates, "
-      "its error watched; cvode: SUNDIALS CVODE on the same, steps and orders of its own, Adams or where the motion is "
-      "stiff backward differences; ida: SUNDIALS IDA on the whole system");
+      "its error monitored; cvode: SUNDIALS CVODE on the same, steps and orders of its own, Adams or where the motion "
+      "is stiff backward differences; ida: SUNDIALS IDA on the whole system");
   v.count("order", t.order, "[1, 6]", "of adams-moulton; left out: 4, with beams 2, which is the most there");
   v.quantity("rtol", t.rtol, "1", "(0, 0.1]",
              "relative tolerance of cvode and ida; left out: 1e-12 of cvode, 1e-8 of ida");
@@ -40,7 +40,7 @@ void describe(Fields& v, MachineTime& t) {
 }
 
 void describe(Fields& v, StopSection& s) {
-  v.text("column", s.column, "a column of the series, a watch or a measure");
+  v.text("column", s.column, "a column of the series, a monitor or a measure");
   v.level("above", s.above, "ends the run where the column comes above this value, given with the column's unit: 5 kN");
   v.level("below", s.below, "the same where it comes below; one of both");
   v.quantity("for", s.held, "s", "(0, inf)", "how long it must stay there without a break; left out: not at all");

@@ -60,8 +60,8 @@ struct SweepPlan {
     v.joined_text("set", set, "path=value for all points, several with ; between, or a list");
     v.named("parameters", parameters, "what changes; every combination of the lists runs at every point of the ranges");
     v.named("numbers", numbers,
-            "what is wanted of every run; left out: means of draft and pull where they are watched, else of "
-            "soil.draft, else of every watch");
+            "what is wanted of every run; left out: means of draft and pull where they are monitored, else of "
+            "soil.draft, else of every monitor");
     v.text("best", best, "`least NUMBER` or `largest NUMBER`: the point that the report puts first");
     v.count("points", points, "[1, 100000]", "of the Latin hypercube that fills the ranges");
     v.count("seed", seed, "[0, inf)", "of the Latin hypercube");

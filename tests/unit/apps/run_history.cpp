@@ -133,7 +133,7 @@ TEST(RunHistory, WatchedForcesAreForces) {
     return message_of(
         [&] { run_scenario(dir.scenario(pushed_block("output: {monitor: {w: " + of + "}}\n")), dir / "refused"); });
   };
-  EXPECT_NE(refusal("{force: beam}").find("watch one of its columns, beam.axial force"), std::string::npos)
+  EXPECT_NE(refusal("{force: beam}").find("monitor one of its columns, beam.axial force"), std::string::npos)
       << refusal("{force: beam}");
   EXPECT_NE(refusal("{force: r, along: 0 1}").find("is one number"), std::string::npos);
 }
