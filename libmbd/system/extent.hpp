@@ -3,7 +3,7 @@
 
 namespace subsoil::mbd {
 
-/// Largest extent at the start of what forces between two points tie together, not by way of the ground: of their
+/// Maximum extent at the start of what forces between two points tie together, not by way of the ground: of their
 /// points and of the bodies' centres of gravity (m); 0 without such forces. Contacts tie nothing: they may start at any
 /// distance.
 double extent_by_forces(const Model& model);

@@ -103,7 +103,7 @@ class System {
   int first_row_of_joint(std::size_t joint) const { return joint_row_[joint]; }
   int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
   /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint; where
-  /// none has one, the largest of the radii of gyration and of the extents of what forces between points tie together.
+  /// none has one, the maximum of the radii of gyration and of the extents of what forces between points tie together.
   double length_scale() const { return length_scale_; }
   /// Longest moment arm of a joint's point on the body (m); the machine's length where it has none.
   double body_size(int body) const { return body_size_[static_cast<std::size_t>(body)]; }

@@ -54,7 +54,7 @@ struct SpectralLine {
   double amplitude = 0;                                      ///< of the sine, in the record's unit
 };
 /// The sine that with a mean and a trend fits the record by least squares, of periods from two rows, the widest apart,
-/// to half the record's length, whole in it or not. Sought at the peaks of the Fourier transform that reach 70 % of its
+/// to half the record's length, whole in it or not. Taken at a peak of the Fourier transform that reaches 70 % of its
 /// maximum. Rows count with the time between them, means in the middle of theirs. None where the fit improves towards
 /// longer periods, of fewer than 16 rows, and of a record that is constant or straight but for rounding, 1e-12 of its
 /// maximum value or 2.2e-16 of its SI unit.
