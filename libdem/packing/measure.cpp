@@ -1,6 +1,7 @@
 #include "libdem/packing/measure.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -15,34 +16,60 @@ namespace {
 /// Weights along one axis.
 class Window {
  public:
-  Window(double from, double to, double diameter)
-      : low_(from), high_(to), kind_(to - from < kFewDiameters * diameter ? Kind::box : Kind::middle) {
-    // Two diameters have no middle; from four on, one diameter at either side is left out.
-    const double side = diameter * std::clamp(0.5 * ((to - from) / diameter - 2), 0.0, 1.0);
-    low_ += side, high_ -= side;
+  Window(double from, double to, double diameter) : low_(from), high_(to) {
+    const double diameters = (to - from) / diameter;
+    kind_ = diameters < kThin ? Kind::whole : diameters < kShallow ? Kind::few : Kind::middle;
+    if (kind_ != Kind::whole) low_ += diameter, high_ -= diameter;
   }
   static Window period(double length) { return Window(length); }
 
   double operator()(double x, double r) const {
-    if (kind_ == Kind::period) return 1;
-    if (kind_ == Kind::box) return share_above((x - low_) / r) + share_above((high_ - x) / r) - 1;
+    switch (kind_) {
+      case Kind::period:
+        return 1;
+      case Kind::whole:
+        return share_above((x - low_) / r) + share_above((high_ - x) / r) - 1;
+      case Kind::few:
+        return mean_in_sphere(x, r);
+      case Kind::middle:
+        break;
+    }
+    return weight(x);
+  }
+  double integral() const { return (kind_ == Kind::middle || kind_ == Kind::few ? 0.5 : 1) * (high_ - low_); }
+
+ private:
+  static constexpr double kThin = 4, kShallow = 6;  // diameters
+  explicit Window(double length) : low_(0), high_(length), kind_(Kind::period) {}
+  double weight(double x) const {
     if (!(x > low_ && x < high_)) return 0;
     const double s = std::sin(std::numbers::pi * (x - low_) / (high_ - low_));
     return s * s;
   }
-  double integral() const { return (kind_ == Kind::middle ? 0.5 : 1) * (high_ - low_); }
-
- private:
-  static constexpr double kFewDiameters = 6;
-  explicit Window(double length) : low_(0), high_(length), kind_(Kind::period) {}
   /// Of a sphere's volume beyond a plane, its centre `height` radii beyond it.
   static double share_above(double height) {
     const double s = std::clamp(height, -1.0, 1.0);
     return 0.25 * (2 + 3 * s - s * s * s);
   }
+  /// Mean of the weight over the sphere's volume, by Gauss's rule over what of it lies inside.
+  double mean_in_sphere(double x, double r) const {
+    constexpr std::array<double, 4> nodes{0.18343464249564980, 0.52553240991632899, 0.79666647741362674,
+                                          0.96028985649753623};
+    constexpr std::array<double, 4> weights{0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
+                                            0.10122853629037626};
+    const double from = std::max(x - r, low_), to = std::min(x + r, high_), half = 0.5 * (to - from);
+    if (!(half > 0)) return 0;
+    double sum = 0;
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      for (const double sign : {-1.0, 1.0}) {
+        const double at = 0.5 * (from + to) + sign * nodes[k] * half, off = (at - x) / r;
+        sum += weights[k] * weight(at) * 0.75 * (1 - off * off) / r;
+      }
+    return half * sum;
+  }
 
   double low_, high_;
-  enum class Kind { middle, box, period } kind_;
+  enum class Kind { middle, few, whole, period } kind_;
 };
 
 /// Cells of one diameter with the spheres in them, for neighbour counts.

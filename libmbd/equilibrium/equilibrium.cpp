@@ -62,6 +62,10 @@ class Balance {
     return out;
   }
 
+  /// Between two poses, the maximum of any coordinate, angles times the machine's length (m).
+  double distance(const Equilibrium& from, const Equilibrium& to) const {
+    return (to.q - from.q).cwiseProduct(columns_).cwiseAbs().maxCoeff();
+  }
   /// Of the forces evaluated last on any coordinate, scaled.
   double largest_load() const { return load_.cwiseQuotient(columns_).cwiseAbs().maxCoeff(); }
 
@@ -310,6 +314,7 @@ Way newton_step(const Balance& balance, Eigen::MatrixXd& k, Eigen::VectorXd r, d
 bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
   const auto n = balance.coordinates(), m = balance.equations();
   Measure size(system);
+  const Equilibrium start = found;
   const double g = std::hypot(system.model().gravity[0], system.model().gravity[1]);
   // Pseudo-time so that the first step under gravity is a hundredth of the machine's length.
   double inverse_tau2 = (g > 0 ? g : 1) / (0.01 * size.length);
@@ -340,7 +345,7 @@ bool solve_balance(System& system, Balance& balance, Equilibrium& found) {
     for (int i = 0; i < (solved ? 1 : 12); ++i) {
       if (i > 0) k = balance.matrix(found, dt), r = balance.after_step(from, found, added, dt);
       k.diagonal().head(n) += added;
-      const Way way = newton_step(balance, k, r, 0.05 * size.length, found);
+      const Way way = newton_step(balance, k, r, 0.05 * (size.length + balance.distance(start, found)), found);
       if (balance.states() > 0 && std::max(way.coordinates, way.states) < 1e-10 * size.length) {
         solved = true;
         break;

@@ -84,7 +84,13 @@ class Linearisation {
     for (Eigen::Index j = 0; j < f; ++j) {
       const int i = independent(j);
       take(j, 1e-4 * length_, at_.q[i] * scale_[i], [&](MotionState& s, double by) { s.q[i] += by / scale_[i]; });
-      take(f + j, 1e-4 * length_, at_.velocity[i] * scale_[i],
+    }
+    // What swings fast has large velocities: beside the forces that hold a load, small steps are rounding. Friction is
+    // regularised at small ones, so they grow a thousandfold at the most.
+    const double fastest = std::clamp(std::sqrt(a_.block(f, 0, f, f).cwiseAbs().maxCoeff()), 1.0, 1e3);
+    for (Eigen::Index j = 0; j < f; ++j) {
+      const int i = independent(j);
+      take(f + j, 1e-4 * length_ * fastest, at_.velocity[i] * scale_[i],
            [&](MotionState& s, double by) { s.velocity[i] += by / scale_[i]; });
       MotionState still = at_, moving = at_;
       moving.velocity[i] += 1 / scale_[i];

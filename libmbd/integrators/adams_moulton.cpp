@@ -126,12 +126,14 @@ void AdamsMoulton::on_advance(double h) {
   const bool controlled = std::isfinite(options_.error_per_second);
   for (double part = 0; part < parts; ++part) {
     if (part > 0) part_segment();
+    const double end = now_.t + h / parts;
     controlled ? controlled_step(h / parts) : whole_step(h / parts);
+    if (end - now_.t > 1e-6 * h / parts || (part + 1 < parts && ends_at_event())) return;
   }
 }
 
 // In units of the smallest part, so that fewer parts begin where a larger one does.
-void AdamsMoulton::controlled_step(double h) {
+void AdamsMoulton::controlled_step(double h) {  // or less, to an event
   constexpr long all = 1L << most_halvings;
   const double end = now_.t + h;
   for (long done = 0; done < all;) {
@@ -141,6 +143,7 @@ void AdamsMoulton::controlled_step(double h) {
       continue;
     }
     done += part;
+    if (done < all && ends_at_event()) return;
     if (done < all) part_segment();
     if (level_ > 0 && sure_ > 2 * options_.order && done % (2 * part) == 0) --level_, sure_ = 0;
   }

@@ -139,6 +139,8 @@ class Integrator {
   void keep_end();
   /// Inside on_advance(), between two steps of the method's own: what is read between its ends is that of these steps.
   void part_segment() { keep_end(), keep_begin(false); }
+  /// Whether a step in parts is to end here: what a contact takes at its touch must not wait for the step's end.
+  bool ends_at_event() { return to_event_ && crossed(); }
   bool keeps() const { return keeps_; }
   StepSegment begin_segment(bool jumps) const;
   /// What the elements remember at the end of the step, for its dense output.
@@ -189,13 +191,15 @@ class Integrator {
   void begin_part();
   bool crossed();
   bool comes_and_goes();
-  void try_part(double h);
+  void try_part(double h, bool to_event = false);
+  void advance_to_event(double h, bool to_event);
 
   std::unique_ptr<Evaluation> shown_;
   bool shows_ = false, keeps_ = false;
   long starts_ = 0;
 
   bool locate_ = true;
+  bool to_event_ = false;  // a step in parts may end at one
   std::vector<Event> events_;
   MotionState before_;
   EnergyFlows flows_before_;

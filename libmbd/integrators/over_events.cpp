@@ -21,15 +21,22 @@ void Integrator::begin_part() {
   segments_before_ = dense_.segments.size();
 }
 
-/// A step of length h from the state before it, by the method's own start: it needs no past.
-void Integrator::try_part(double h) {
+/// A step of length h from the state before it, by the method's own start: it needs no past. @param to_event it ends
+/// with the first of its parts behind which a switch has changed
+void Integrator::try_part(double h, bool to_event) {
   dense_.segments.erase(dense_.segments.begin() + static_cast<std::ptrdiff_t>(segments_before_), dense_.segments.end());
   now_ = before_;
   flows_ = flows_before_;
   partition_.evaluate(now_);
   on_start();
+  advance_to_event(h, to_event);
+  if (!to_event || before_.t + h - now_.t < 1e-6 * h) now_.t = before_.t + h;
+}
+
+void Integrator::advance_to_event(double h, bool to_event) {
+  to_event_ = to_event;
   on_advance(h);
-  now_.t = before_.t + h;
+  to_event_ = false;
 }
 
 // When the value of a joint's event has come and gone in the step from before_ to now_, as it is read between them,
@@ -68,7 +75,7 @@ bool Integrator::comes_and_goes() {
 
 void Integrator::advance_over_events(double h) {
   begin_part();
-  on_advance(h);
+  advance_to_event(h, true);
   if (!crossed() && !comes_and_goes()) return;
   const double end = before_.t + h;
   std::vector<double> at_start(gaps_.size()), at_end(gaps_.size());
@@ -100,7 +107,7 @@ void Integrator::advance_over_events(double h) {
     keep_begin();
     begin_part();
     if (end - now_.t <= 1e-12 * h) break;
-    try_part(end - now_.t);
+    try_part(end - now_.t, true);
   }
   now_.t = end;
   on_start();

@@ -15,7 +15,7 @@ template <class Force>
 concept TiesPoints = requires(const Force& f) {
   f.body_a, f.p_a, f.body_b, f.p_b;
 }
-&&!Force::has.gap && !Force::has.gaps;
+&&!(Force::has.touch && Force::has.stick);  // which a contact has, and no stop
 
 struct Box {
   Vec2 low{1e300, 1e300}, high{-1e300, -1e300};

@@ -200,15 +200,13 @@ void System::number_rows() {
   choose_length_scale(length);
 }
 
-// A joint that stands at a centre of gravity but for the rounding of both places gives no length.
+// Joints that stand at centres of gravity, or as near as rounding or a hub of no matter is, give no length.
 void System::choose_length_scale(double joints) {
-  double gyration = 0;
-  for (const Body& b : model_.bodies) gyration = std::max(gyration, std::sqrt(b.inertia / b.mass));
-  if (joints > 1e-9 * gyration) {
-    length_scale_ = joints;
-  } else if (gyration > 0) {
-    length_scale_ = std::max(gyration, extent_by_forces(model_));
-  }
+  constexpr double far_less = 1e-2;
+  double mass = 0, inertia = 0;  // of all: a cart without mass may have any inertia
+  for (const Body& b : model_.bodies) mass += b.mass, inertia += b.inertia;
+  const double gyration = mass > 0 ? std::sqrt(inertia / mass) : 0, size = std::max(gyration, extent_by_forces(model_));
+  length_scale_ = joints > far_less * size ? joints : size > 0 ? size : 1;
   for (double& size : body_size_)
     if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
 }

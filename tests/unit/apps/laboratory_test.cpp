@@ -379,7 +379,7 @@ TEST(LaboratoryTest, DryGrainsBearNoTension) {
 /// Work is that of the tension: rows of the curve below 0, where grains press on the plane, take nothing off.
 TEST(LaboratoryTest, WorkOfAPullIsThatOfItsTension) {
   const LoadedTests loaded =
-      grains("law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.5, cohesion: dmt, work of adhesion: 5 J/m^2",
+      grains("law: linear, k_n: 10 kN/m, restitution: 0.3, mu: 0.5, cohesion: dmt, work of adhesion: 10 J/m^2",
              "packings: 1, pull: {neck: 50 mm, width: 40 mm, depth: 60 mm, load: 2 kPa, path: 20 mm}");
   const Findings found = run_test(loaded, "pull", 0);
   const std::vector<double> path = found.curves[0].column(0), tension = found.curves[0].column(1);

@@ -334,7 +334,8 @@ TEST(Resume, ASettlingOfAnotherScenarioIsNotTaken) {
   const test::Scratch dir;
   const std::string scenario = with_bed("fill: random, material: soil, radius: 8 mm, count: 30"),
                     other = with_bed("fill: random, material: soil, radius: 7 mm, count: 30");
-  SettlingCheckpoint(dir.path(), scenario).keep({{1, 2}, 10, 10, 0, {}, {}}, "portable");
+  SettlingCheckpoint(dir.path(), scenario)
+      .keep({.decisions = {1, 2}, .steps = 10, .steps_of_run = 10, .load = {}, .bed = {}}, "portable");
   const auto state = SettlingCheckpoint(dir.path(), scenario).read();
   ASSERT_TRUE(state);
   EXPECT_EQ(state->state.decisions, (std::vector<double>{1, 2}));

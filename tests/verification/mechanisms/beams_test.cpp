@@ -87,6 +87,24 @@ TEST(Beams, RigidMotionsDoNotDependOnTheirLength) {
     }
 }
 
+/// A weld a micrometre off the centre of the body at the tip was the machine's length: the beam did not bend at all.
+TEST(Beams, AShortMomentArmIsNoLengthOfTheBeam) {
+  for (const double arm : {0.0, 1e-10, 1e-7, 1e-6, 1e-5, 1e-3}) {
+    Model m = clamped(strip(8));
+    m.gravity = {0, -9.81};
+    const int nodes = static_cast<int>(m.bodies.size());
+    const int tip = m.add({.name = "tip", .mass = 0.1, .inertia = 1e-5, .pose = {1 + arm, 0, 0}});
+    m.add("weld", Fixed{.body_a = nodes, .body_b = tip, .p_b = {-arm, 0}});
+    System system(m);
+    const Equilibrium found = towing_equilibrium(system, 0, system.start_position(), 0);
+    // P L^3/(3 EI) + w L^4/(8 EI), and what large deflections and the arm take of it.
+    const double load = 0.1 * 9.81, weight = 7850 * 4e-4 * 9.81, bent = load / (3 * bending) + weight / (8 * bending);
+    SCOPED_TRACE(testing::Message() << arm << " m");
+    EXPECT_NEAR(found.q[3 * (nodes - 1) + 1], -bent, 0.02 * bent);
+    EXPECT_LT(found.residual, 1e-6 * (load + weight));
+  }
+}
+
 /// Circular frequencies of those that are no rigid motion, rising.
 std::vector<double> frequencies(const Model& model) {
   std::vector<double> out;
