@@ -102,9 +102,9 @@ class System {
   std::size_t first_block(int row) const { return first_block_[static_cast<std::size_t>(row)]; }
   int first_row_of_joint(std::size_t joint) const { return joint_row_[joint]; }
   int row_of_driver(std::size_t driver) const { return driver_row_[driver]; }
-  /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint. Where that
-  /// is below a hundredth of the machine's size, the size: the maximum of the radius of gyration of all masses and of the
-  /// extents of what forces between points tie together.
+  /// A length of the machine that makes angles and lengths comparable (m): the longest moment arm of a joint. Where
+  /// that is below a hundredth of the machine's size, the size: the maximum of the radius of gyration of all masses and
+  /// of the extents of what forces between points tie together.
   double length_scale() const { return length_scale_; }
   /// Longest moment arm of a joint's point on the body (m); the machine's length where it has none.
   double body_size(int body) const { return body_size_[static_cast<std::size_t>(body)]; }
