@@ -250,11 +250,14 @@ void warn_of_undetermined(const mbd::Machine& machine, const std::vector<mbd::Mo
   }
   if (which.empty()) return;
   const bool many = names.size() > 1;
-  spdlog::warn("warning: {} {} not determined: at the very state that was found {} or {} infinitely steep: {}",
+  const std::string why =
+      names.empty() ? "a law has another slope on either side, as where a valve, stop or contact just closes: move the "
+                      "state off it, by a load or by another pressure"
+                    : fmt::format("{} jump{} or {} infinitely steep: {}", fmt::join(names, ", "), many ? "" : "s",
+                                  many ? "are" : "is", mbd::smooth_force);
+  spdlog::warn("warning: {} {} not determined: at the very state that was found {}",
                which.size() > 1 ? fmt::format("modes {}", fmt::join(which, ", ")) : fmt::format("mode {}", which[0]),
-               which.size() > 1 ? "are" : "is",
-               names.empty() ? "a force jumps" : fmt::format("{} jump{}", fmt::join(names, ", "), many ? "" : "s"),
-               many ? "are" : "is", mbd::smooth_force);
+               which.size() > 1 ? "are" : "is", why);
 }
 
 /// Modes at a corner of a law, which has two stiffnesses there, and those that rounding hides.
