@@ -34,9 +34,8 @@ double highest_top(std::span<const Sphere> spheres, double otherwise);
 ///   6 mean diameters and more   a window sin^2(pi s), s in [0, 1], which leaves out one mean diameter at either side.
 ///                               A box with hard faces lost: which lattice planes fall inside decides percents. Through
 ///                               n pitches a lattice shows its density m/pitch^3 within 2/(pi n (n^2 - 1)), here 1.1 %
-///   4 to 6                      the mean of that window over the sphere's volume: a lattice of 2 pitches would lose 3
-///   %
-///                               by the places of its centres
+///   4 to 6                      the mean of that window over the sphere's volume: of centres alone a lattice of
+///                               2 pitches would lose 3 % or gain it
 ///   narrower                    what of the sphere's volume lies between the sides: there is no middle, so the looser
 ///                               layers at walls, floor and surface count, too
 ///   a period of the cell        1: mass per period

@@ -137,10 +137,10 @@ double rest_speed(double mean_radius, double gravity);
 
 /// Runs the bed until it is still; boundaries stand. A speed must hold for sqrt(2 r/g), the time of a fall by one
 /// radius, in which no sphere may become faster than that fall makes it: otherwise a bed would be "at rest" when it is
-/// released, or while one sphere falls. Without a speed given the
-/// bed's momentum along gravity must change by no more than 1 % of its weight meanwhile. Leaves the final laws in the
-/// bed, its velocities as they are, and restarts its energy balance, since exchanging laws is no work of anything.
-/// Throws std::invalid_argument for a plan without sense and std::runtime_error when the bed is not still in time.
+/// released, or while one sphere falls. Without a speed given, the bed's momentum along gravity must change by no more
+/// than 1 % of its weight meanwhile. Leaves the final laws in the bed, its velocities as they are, and restarts its
+/// energy balance, since exchanging laws is no work of anything. Throws std::invalid_argument for a plan without sense
+/// and std::runtime_error when the bed is not still in time.
 SettleReport settle(Bed& bed, const LawTable& laws, const SettlePlan& plan, const Bounds& region);
 
 /// A random bed: this many spheres, or as many as fill the region's floor up to `depth`.

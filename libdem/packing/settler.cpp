@@ -322,7 +322,7 @@ void Settler::run_until(std::optional<double> speed, const char* stage, bool bal
     const bool with_rotation = !speed && rotation_counts_;
     const double now = rms_speed(with_rotation);
     if (is_enough()) break;
-    const bool borne = (load_ == nullptr || load_->holds()) && (carries_weight() || !balanced);
+    const bool borne = (load_ == nullptr || load_->holds()) && (!balanced || carries_weight());
     if (!(now < limit && bed_.max_speed() < std::max(falling, limit) && borne))
       still_since_ = bed_.time();
     else if (bed_.time() - still_since_ >= hold)
@@ -365,10 +365,9 @@ void Settler::refuse_motion(const char* stage, double now, double limit, bool wi
 void Settler::refuse_sliding(const char* stage, double now) const {
   const Vec3& period = bed_.options().periodic.length;
   const Vec3 momentum = momentum_of_all();
-  const double mass = mass_;
   Vec3 along, down = bed_.options().gravity;
   for (int d = 0; d < 3; ++d)
-    if (period[d] > 0) along[d] = momentum[d] / mass, down[d] = 0;
+    if (period[d] > 0) along[d] = momentum[d] / mass_, down[d] = 0;
   const double slope = norm(bed_.options().gravity - down);
   if (!(slope > 0) || norm(along) < 0.7 * now) return;  // half of the kinetic energy
   std::string text = "settling: after " + number(elapsed()) + " s the bed slides as one at " + number(norm(along)) +

@@ -105,7 +105,7 @@ void SoilBuilder::assign_layers(std::vector<dem::SphereSpec>& spheres) {
   }
 }
 
-/// @param around rows go on beyond periodic sides, which refuses other pitches
+/// @param around rows continue beyond periodic sides, which refuses other pitches
 dem::LatticePlan SoilBuilder::lattice_plan(double pitch, bool around) const {
   const dem::BedMaterial lowest = material_of(layered() ? bed().layers.back().material : bed().material);
   dem::LatticePlan plan;

@@ -97,7 +97,7 @@ TEST(BedSettle, ARefusalTellsCentresFromRotation) {
     EXPECT_NE(said.find(part), std::string::npos) << said;
 }
 
-/// A soft bed goes on swinging up and down as a whole when its spheres are slower than rest: from what is levelled off
+/// A soft bed keeps swinging up and down as a whole when its spheres are slower than rest: from what is levelled off
 /// its floor bore 7 % more than its weight, and less after that. The force that is not balanced, over 1 ms each, stays
 /// below 2 %, twice what rest allows.
 TEST(BedSettle, ABedAtRestPressesItsFloorByItsWeight) {
