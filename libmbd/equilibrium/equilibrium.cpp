@@ -24,10 +24,7 @@ constexpr double nearby = 1e-2;       // of the machine's length: poses that a c
 
 /// The machine's weight, in N; without gravity 1 N.
 double weight_of(const System& system) {
-  const auto& g = system.model().gravity;
-  double mass = 0;
-  for (int i = 0; i < system.coordinates(); i += 3) mass += system.mass()[i];
-  const double weight = mass * std::hypot(g[0], g[1]);
+  const double weight = system.model().weight();
   return weight > 0 ? weight : 1;
 }
 
@@ -236,8 +233,8 @@ class Balance {
   Constraints c_;
 };
 
-/// What decides whether a residual is small: the machine's weight, its moment arms, and of the
-/// rate of a state what changes it by as much as a length of the machine.
+/// What decides whether a residual is small: the machine's weight, its moment arms, and of the rate of a state what
+/// changes it by as much as a length of the machine.
 struct Measure {
   explicit Measure(const System& system)
       : n(system.coordinates()),

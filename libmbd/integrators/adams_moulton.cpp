@@ -132,8 +132,8 @@ void AdamsMoulton::on_advance(double h) {
   }
 }
 
-// In units of the smallest part, so that fewer parts begin where a larger one does.
-void AdamsMoulton::controlled_step(double h) {  // or less, to an event
+// In units of the smallest part, so that fewer parts begin where a larger one does. It may end before h, at an event.
+void AdamsMoulton::controlled_step(double h) {
   constexpr long all = 1L << most_halvings;
   const double end = now_.t + h;
   for (long done = 0; done < all;) {

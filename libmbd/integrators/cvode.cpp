@@ -117,10 +117,9 @@ struct Cvode::Solver {
     const double atol = local_tolerance(options.atol, 1e-15);
     Map weight = tolerance.map();
     weight.setConstant(atol);
-    // J; of a machine without freedom energies alone decide the steps: there a small one's are small.
-    double of_machine = 0;  // at one length of the machine in a second
-    for (Eigen::Index i = 0; i < system.mass().size(); i += 3)
-      of_machine += system.mass()[i] * system.length_scale() * system.length_scale();
+    // J; of a machine without freedom energies alone decide the steps, and a small one's are small: of one length of
+    // the machine in a second.
+    const double of_machine = system.model().mass() * system.length_scale() * system.length_scale();
     weight.segment(2 * f, e).setConstant(1e2 * atol * (f > 0 ? 1 : std::min(1.0, of_machine)));
     const std::vector<double>& scales = system.state_scales();
     for (std::size_t i = 0; i < scales.size(); ++i)

@@ -35,9 +35,7 @@ bool is_angular(const Force& force) {
 
 std::vector<DeepStart> deep_starts(const System& system, const Eigen::VectorXd& acceleration) {
   constexpr double weights = 4;
-  double mass = 0;
-  for (const Body& b : system.model().bodies) mass += b.mass;
-  const double weight = mass * std::hypot(system.model().gravity[0], system.model().gravity[1]);
+  const double weight = system.model().weight();
   double unbalanced = 0;
   for (Eigen::Index i = 0; i < acceleration.size(); ++i)
     unbalanced =

@@ -1,7 +1,6 @@
 #include "libmbd/system/extent.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <vector>
@@ -48,8 +47,8 @@ double extent_by_forces(const Model& model) {
   };
   const auto place = [&](int body, const std::array<double, 2>& p) -> Vec2 {
     if (body == ground) return {p[0], p[1]};
-    const auto& [x, y, angle] = model.bodies[static_cast<std::size_t>(body - 1)].pose;
-    return {x + std::cos(angle) * p[0] - std::sin(angle) * p[1], y + std::sin(angle) * p[0] + std::cos(angle) * p[1]};
+    const auto& pose = model.bodies[static_cast<std::size_t>(body - 1)].pose;
+    return BodyState({pose[0], pose[1]}, pose[2], {}, 0).point_in_world(p);
   };
   for_ties(model, [&](int a, const auto&, int b, const auto&) {
     if (a != ground && b != ground) tied_to[group_of(a)] = group_of(b);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <type_traits>
@@ -49,6 +50,12 @@ void check_finite_positive(const PartName& part, const char* what, double value,
 }
 
 }  // namespace
+
+double Model::mass() const {
+  return std::accumulate(bodies.begin(), bodies.end(), 0.0, [](double sum, const Body& b) { return sum + b.mass; });
+}
+
+double Model::weight() const { return mass() * std::hypot(gravity[0], gravity[1]); }
 
 int Model::add(Body body) {
   bodies.push_back(std::move(body));
@@ -203,10 +210,12 @@ void System::number_rows() {
 // Joints that stand at centres of gravity, or as near as rounding or a hub of no matter is, give no length.
 void System::choose_length_scale(double joints) {
   constexpr double far_less = 1e-2;
-  double mass = 0, inertia = 0;  // of all: a cart without mass may have any inertia
-  for (const Body& b : model_.bodies) mass += b.mass, inertia += b.inertia;
-  const double gyration = mass > 0 ? std::sqrt(inertia / mass) : 0, size = std::max(gyration, extent_by_forces(model_));
-  length_scale_ = joints > far_less * size ? joints : size > 0 ? size : 1;
+  const double mass = model_.mass();
+  double inertia = 0;  // of all: a cart without mass may have any
+  for (const Body& b : model_.bodies) inertia += b.inertia;
+  const double gyration = mass > 0 ? std::sqrt(inertia / mass) : 0,
+               extent = std::max(gyration, extent_by_forces(model_));
+  length_scale_ = joints > far_less * extent ? joints : extent > 0 ? extent : 1;
   for (double& size : body_size_)
     if (!(size > 1e-3 * length_scale_)) size = length_scale_;  // its joints stand at its centre of gravity
 }

@@ -36,6 +36,8 @@ struct Model {
   Redundancy redundancy = Redundancy::minimum_norm;
   double start_time = 0;
 
+  double mass() const;    ///< of all bodies, kg
+  double weight() const;  ///< of all bodies, N; 0 without gravity
   /// Adds and returns the index to use in joints and forces.
   int add(Body body);
   void add(std::string name, AnyJoint joint) { joints.push_back({std::move(name), std::move(joint)}); }

@@ -174,12 +174,11 @@ void refuse_unrest(const mbd::Machine& machine, bool towed) {
   const Eigen::VectorXd scale = mbd::coordinate_scale(system);
   Eigen::VectorXd unbalanced =
       system.mass().cwiseProduct(machine.integrator().state().acceleration).cwiseQuotient(scale).cwiseAbs();
-  double mass = 0;
-  for (const mbd::Body& b : model.bodies) mass += b.mass;
   for (Eigen::Index k = 2; towed && k < unbalanced.size(); k += 3) unbalanced[k] = 0;
   const double rate = std::hypot(model.gravity[0], model.gravity[1]) + system.length_scale();  // m/s^2
   Eigen::Index at = 0;
-  if (unbalanced.size() == 0 || unbalanced.maxCoeff(&at) <= 1e-6 * mass * rate + 1e3 * machine.equilibrium()->residual)
+  if (unbalanced.size() == 0 ||
+      unbalanced.maxCoeff(&at) <= 1e-6 * model.mass() * rate + 1e3 * machine.equilibrium()->residual)
     return;
   std::string why;
   for (const mbd::Event& e : machine.events()) why += fmt::format(", {} {}", e.name, e.word());
