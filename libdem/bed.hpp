@@ -102,15 +102,17 @@ class Bed {
   int add(Boundary boundary);       ///< index of the boundary
   int add_shape(ClumpShape shape);  ///< of clumps; its index
   /// Clumps of shapes that the bed has; their members become spheres of the bed, numbered like others. Throws
-  /// std::invalid_argument for one without sense, for a number that is taken, where spheres may sleep, and in a bed
-  /// with periodic sides.
+  /// std::invalid_argument for one without sense, for a number that is taken, and where spheres may sleep.
   void add(std::span<const ClumpSpec> clumps);
+  /// Joins fixed spheres that lie where a clump has its members, and have their numbers, to clumps, which move from now
+  /// on, from rest. Throws std::invalid_argument where such a sphere is not there, or is not fixed.
+  void join(std::span<const Clump> clumps);
   /// Removes spheres for which the predicate holds, and clumps of which it holds for any sphere; returns how many
   /// spheres. Their contacts end.
   std::size_t remove_if(const std::function<bool(const Sphere&)>& predicate);
 
-  /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do,
-  /// unless they belong to a clump; returns how many.
+  /// Spheres for which the predicate holds keep their place from now on, as those that were added as fixed(spec) do;
+  /// clumps of which it holds for any sphere fall apart into such spheres. Returns how many spheres.
   std::size_t fix_if(const std::function<bool(const Sphere&)>& predicate);
   /// Fixed spheres for which the predicate holds move from now on, from rest; returns how many.
   std::size_t release_if(const std::function<bool(const Sphere&)>& predicate);
@@ -179,8 +181,10 @@ class Bed {
   void freeze();
   void set_time(double time);
 
-  double max_speed() const;       ///< m/s at the last step
-  double max_overlap() const;     ///< maximum share of a radius, of each particle block when last sampled
+  double max_speed() const;    ///< m/s at the last step
+  double max_overlap() const;  ///< maximum share of a radius, of each particle block when last sampled
+  /// Id of the sphere with the deepest contact as the spheres are now; goes through all contacts. The bed has spheres.
+  std::uint32_t deepest_sphere() const;
   double kinetic_energy() const;  ///< of the half-step velocities, J; goes through all spheres
   long rebuilds() const;
   long steps() const;

@@ -97,10 +97,24 @@ void require_period(const PeriodicCell& cell, double reach) {
     }
 }
 
-double skin_within_period(const PeriodicCell& cell, double range, double least, double usual) {
+void require_period_of_clumps(const PeriodicCell& cell, double least) {
+  for (int d = 0; d < 3; ++d)
+    if (cell.length[d] > 0 && cell.length[d] < least) {
+      char text[300];
+      std::snprintf(
+          text, sizeof text,
+          "the period of %.6g m in %c is too short: a clump could meet itself; it must be %.6g m at least, the "
+          "gap between the clump's farthest spheres and the distance up to which neighbours are listed: a "
+          "longer container, or smaller clumps",
+          cell.length[d], "xyz"[d], least);
+      throw std::invalid_argument(text);
+    }
+}
+
+double skin_within_period(const PeriodicCell& cell, double range, double widest, double least, double usual) {
   double skin = usual;
   for (int d = 0; d < 3; ++d)
-    if (cell.length[d] > 0) skin = std::min(skin, 0.5 * cell.length[d] - range);
+    if (cell.length[d] > 0) skin = std::min({skin, 0.5 * cell.length[d] - range, cell.length[d] - widest - range});
   return std::max(skin, least);
 }
 

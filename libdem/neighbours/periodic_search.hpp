@@ -20,9 +20,12 @@ PeriodicImages add_pairs_across(std::span<const Sphere> spheres, const Grid& gri
 /// Throws std::invalid_argument for a period in which a sphere could meet another one from both sides: less than twice
 /// the distance `reach`, m, up to which pairs are listed.
 void require_period(const PeriodicCell& cell, double reach);
+/// And for one in which a clump could meet itself: less than `least`, m.
+void require_period_of_clumps(const PeriodicCell& cell, double least);
 
 /// The longest skin, from `least` to `usual`, with which no sphere of that range (two radii and the range of the law)
-/// is listed from both sides of a period; `least` where none fits.
-double skin_within_period(const PeriodicCell& cell, double range, double least, double usual);
+/// is listed from both sides of a period, and no clump, whose centres are `widest` apart, beside itself; `least` where
+/// none fits.
+double skin_within_period(const PeriodicCell& cell, double range, double widest, double least, double usual);
 
 }  // namespace subsoil::dem

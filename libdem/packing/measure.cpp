@@ -207,7 +207,7 @@ double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const
 
 namespace {
 
-/// @param one(i, j) whether both are of one rigid grain
+/// @param one(a, b) whether both spheres are of one rigid grain
 template <class OfOneGrain>
 double touching_per_sphere(std::span<const Sphere> all, const PeriodicCell& cell, const OfOneGrain& one) {
   if (all.empty()) return 0;
@@ -216,20 +216,24 @@ double touching_per_sphere(std::span<const Sphere> all, const PeriodicCell& cell
   const std::vector<Sphere> around = cell.any() ? with_images(all, cell, 2 * largest) : std::vector<Sphere>{};
   const std::span<const Sphere> spheres = cell.any() ? std::span<const Sphere>(around) : all;
   const Cells cells(spheres, 2 * largest);
-  std::size_t touching = 0;
-  for (std::uint32_t i = 0; i < all.size(); ++i)
+  std::size_t touching = 0, free = 0;
+  for (std::uint32_t i = 0; i < all.size(); ++i) {
+    if (is_fixed(all[i])) continue;
+    ++free;
     cells.around(spheres[i].x, [&](std::uint32_t j) {
       const Vec3 between = spheres[i].x - spheres[j].x;
       const double touching_distance = spheres[i].r + spheres[j].r;
-      if (j != i && dot(between, between) < touching_distance * touching_distance && !one(i, j)) ++touching;
+      if (j != i && dot(between, between) < touching_distance * touching_distance && !one(spheres[i], spheres[j]))
+        ++touching;
     });
-  return static_cast<double>(touching) / static_cast<double>(all.size());
+  }
+  return free == 0 ? 0 : static_cast<double>(touching) / static_cast<double>(free);
 }
 
 }  // namespace
 
 double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell) {
-  return touching_per_sphere(spheres, cell, [](std::uint32_t, std::uint32_t) { return false; });
+  return touching_per_sphere(spheres, cell, [](const Sphere&, const Sphere&) { return false; });
 }
 
 double bulk_density(const Bed& bed, const Bounds& region) {
@@ -248,9 +252,9 @@ BedReport report(const Bed& bed, const Bounds& region, std::uint32_t below) {
   const std::span<const Sphere> spheres = below == kAllSpheres ? bed.spheres() : std::span<const Sphere>(own);
   if (bed.clumps().empty()) return report(spheres, region, cell);
   BedReport out = report(spheres, region, cell);
-  out.coordination = touching_per_sphere(spheres, cell, [&](std::uint32_t i, std::uint32_t j) {
-    const long of_i = bed.clump_of(spheres[i]);
-    return of_i >= 0 && of_i == bed.clump_of(spheres[j]);
+  out.coordination = touching_per_sphere(spheres, cell, [&](const Sphere& a, const Sphere& b) {
+    const long of_a = bed.clump_of(a);
+    return of_a >= 0 && of_a == bed.clump_of(b);
   });
   return out;
 }

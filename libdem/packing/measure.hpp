@@ -42,7 +42,7 @@ double highest_top(std::span<const Sphere> spheres, double otherwise);
 double bulk_density(std::span<const Sphere> spheres, const Bounds& region, const PeriodicCell& cell = {});
 double bulk_density(const Bed& bed, const Bounds& region);
 
-/// Mean number of spheres that touch a sphere (overlap above zero), walls not counted; across periodic sides, too.
+/// Mean number of spheres that touch a free sphere (overlap above zero), walls not counted; across periodic sides, too.
 double coordination_number(std::span<const Sphere> spheres, const PeriodicCell& cell = {});
 
 inline constexpr std::uint32_t kAllSpheres = std::numeric_limits<std::uint32_t>::max();

@@ -112,6 +112,18 @@ ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members
   return out;
 }
 
+void ClumpShape::archive(Archive& a) {
+  a("spheres", members)("mass", mass)("inertia", inertia)("volume", volume)("error", error)("reach", reach)(
+      "centre", centre)("axes", axes);
+}
+
+double widest_gap(const ClumpShape& shape) {
+  double widest = 0;
+  for (const ClumpMember& a : shape.members)
+    for (const ClumpMember& b : shape.members) widest = std::max(widest, norm(a.at - b.at));
+  return widest;
+}
+
 std::vector<double> shares_by_volume(const ClumpShape& shape) {
   std::vector<double> out;
   double sum = 0;

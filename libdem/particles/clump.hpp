@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/base/symmetric_eigen.hpp"
 #include "libdem/base/vec3.hpp"
 
@@ -13,6 +14,7 @@ namespace subsoil::dem {
 struct ClumpMember {
   Vec3 at;            ///< centre, m
   double radius = 0;  ///< m
+  void archive(Archive& a) { a("at", at)("radius", radius); }
 };
 
 /// A rigid grain made of spheres that touch or overlap (multi-sphere particle), in its principal axes about its centre
@@ -30,6 +32,8 @@ struct ClumpShape {
   double reach = 0;                  ///< radius of the sphere about the centre of mass that holds all of it, m
   Vec3 centre;                       ///< centre of mass in the axes in which the members were given, m
   Quaternion axes;                   ///< from the principal axes to these
+
+  void archive(Archive& a);
 };
 
 /// Mass properties as measured, in place of those of the union.
@@ -46,6 +50,8 @@ ClumpShape clump_shape(std::string name, const std::vector<ClumpMember>& members
 
 /// How the mass is divided among the spheres where results need it sphere by sphere: by their volumes.
 std::vector<double> shares_by_volume(const ClumpShape& shape);
+
+double widest_gap(const ClumpShape& shape);  ///< between centres of two of its spheres, at most, m
 
 /// A clump as the user gives it: the centre of mass and the principal axes.
 struct ClumpSpec {
@@ -69,6 +75,11 @@ struct Clump {
   Vec3 velocity;          ///< m/s, at t_n - dt/2 (leapfrog)
   Quaternion attitude;    ///< principal axes to world axes, at t_n
   Vec3 angular_momentum;  ///< about the centre of mass, N m s, world axes, at t_n - dt/2
+
+  void archive(Archive& a) {
+    a("id", id)("shape", shape)("first sphere", first_sphere)("material", material);
+    a("attitude", attitude)("position", position)("velocity", velocity)("angular momentum", angular_momentum);
+  }
 };
 
 }  // namespace subsoil::dem

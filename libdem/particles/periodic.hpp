@@ -27,12 +27,15 @@ struct PeriodicCell {
     }
     return x;
   }
-  /// The shortest of the ways, m, that lead to the same place as this one.
-  Vec3 shortest(Vec3 way) const {
+  /// The whole periods of which a way nearly consists, m.
+  Vec3 periods(const Vec3& way) const {
+    Vec3 out;
     for (int d = 0; d < 3; ++d)
-      if (length[d] > 0) way[d] -= length[d] * std::round(way[d] / length[d]);
-    return way;
+      if (length[d] > 0) out[d] = length[d] * std::round(way[d] / length[d]);
+    return out;
   }
+  /// The shortest of the ways, m, that lead to the same place as this one.
+  Vec3 shortest(const Vec3& way) const { return way - periods(way); }
 };
 
 /// Images of spheres near a periodic side, beyond the opposite one: second particles of the pairs across it. Their

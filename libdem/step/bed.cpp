@@ -94,8 +94,6 @@ void Bed::add(std::span<const ClumpSpec> clumps) {
   Impl& bed = *impl_;
   if (bed.region.on())
     throw std::invalid_argument("clumps cannot be frozen: take the active region away, or leave the clumps out");
-  if (bed.options.periodic.any())
-    throw std::invalid_argument("clumps cannot cross periodic sides: leave one of them out");
   bed.balance.fold(bed.surfaces.chunks);
   bed.particles.sync_from_mixed(bed.threads);
   require_free_numbers(bed, clumps);
@@ -150,12 +148,41 @@ std::size_t Bed::Impl::change_spheres(const Change& change) {
 }
 
 std::size_t Bed::fix_if(const std::function<bool(const Sphere&)>& predicate) {
-  return impl_->change_spheres([&](Sphere& s) {
-    if (s.kind != SphereKind::free || !predicate(s)) return false;
-    impl_->balance.removed += kinetic_energy_of(s) - s.m * dot(impl_->options.gravity, s.x);
+  Impl& bed = *impl_;
+  bed.particles.sync_from_mixed(bed.threads);
+  bed.clumps.choose_leaving(bed.particles.spheres(), -std::numeric_limits<double>::infinity(), predicate);
+  const std::size_t count = bed.change_spheres([&](Sphere& s) {
+    const std::uint32_t clump = bed.clumps.clump_of(s.id);
+    if (is_fixed(s) || !(clump != kGone ? bed.clumps.leaves(clump) : predicate(s))) return false;
+    if (clump == kGone) bed.balance.removed += kinetic_energy_of(s) - s.m * dot(bed.options.gravity, s.x);
     s.kind = SphereKind::fixed, s.v = s.w = {};
     return true;
   });
+  if (bed.clumps.any()) bed.balance.removed += bed.clumps.take_out(bed.options.gravity);
+  return count;
+}
+
+void Bed::join(std::span<const Clump> clumps) {
+  if (clumps.empty()) return;
+  Impl& bed = *impl_;
+  std::vector<Clump> added(clumps.begin(), clumps.end());
+  for (Clump& c : added) c.velocity = c.angular_momentum = {};
+  bed.clumps.join(added);
+  const std::size_t joined = bed.change_spheres([&](Sphere& s) {
+    const std::uint32_t clump = bed.clumps.clump_of(s.id);
+    if (clump == kGone || !is_fixed(s)) return false;
+    s.kind = SphereKind::member, s.v = s.w = {};
+    return true;
+  });
+  std::size_t members = 0;
+  for (const Clump& c : added) {
+    const ClumpShape& shape = bed.clumps.shapes()[c.shape];
+    members += shape.members.size();
+    bed.balance.removed += shape.mass * dot(bed.options.gravity, c.position);
+  }
+  if (joined != members)
+    throw std::invalid_argument("clumps are joined of " + std::to_string(members) + " spheres, of which " +
+                                std::to_string(joined) + " are there and fixed");
 }
 
 std::size_t Bed::release_if(const std::function<bool(const Sphere&)>& predicate) {
@@ -359,6 +386,10 @@ void Bed::freeze() {
 void Bed::set_time(double time) { impl_->now.time = time; }
 double Bed::max_speed() const { return std::sqrt(impl_->balance.extremes().speed2); }
 double Bed::max_overlap() const { return impl_->balance.extremes().overlap; }
+std::uint32_t Bed::deepest_sphere() const {
+  impl_->particles.sync_from_mixed(impl_->threads);
+  return impl_->particles[impl_->deepest_sphere()].id;
+}
 double Bed::kinetic_energy() const {
   double sum = 0;
   for (const Sphere& s : spheres())

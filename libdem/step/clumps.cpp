@@ -44,6 +44,15 @@ void Clumps::add(const ClumpSpec& in, ParticleStore& particles, int materials) {
   number_spheres();
 }
 
+void Clumps::join(std::span<const Clump> clumps) {
+  for (const Clump& c : clumps) {
+    if (c.shape >= shapes_.size()) throw std::invalid_argument("clump " + std::to_string(c.id) + ": no such shape");
+    clumps_.push_back(c);
+    next_id_ = std::max(next_id_, c.id + 1);
+  }
+  number_spheres();
+}
+
 /// Only those that came last are new, unless clumps have left.
 void Clumps::number_spheres() {
   for (std::size_t k = clumps_.size(); k-- > 0;) {
@@ -106,7 +115,20 @@ double Clumps::take_out(const Vec3& gravity) {
   return energy;
 }
 
-void Clumps::find(std::span<const Sphere> spheres) {
+double Clumps::go_round(const Sphere& member, const Vec3& periods, const Vec3& gravity) {
+  Clump& c = clumps_[clump_of(member.id)];
+  if (member.id != c.first_sphere) return 0;
+  c.position += periods;
+  return shapes_[c.shape].mass * dot(gravity, periods);
+}
+
+double Clumps::widest_gap() const {
+  double widest = 0;
+  for (const ClumpShape& shape : shapes_) widest = std::max(widest, dem::widest_gap(shape));
+  return widest;
+}
+
+void Clumps::find(std::span<const Sphere> spheres, const PeriodicCell& cell) {
   places_.clear(), first_.clear(), clump_at_.clear();
   if (!any()) return;
   begin_.clear();
@@ -116,7 +138,7 @@ void Clumps::find(std::span<const Sphere> spheres) {
     entries += static_cast<std::uint32_t>(shapes_[c.shape].members.size());
   }
   begin_.push_back(entries);
-  loads_.assign(entries, {}), sphere_of_.assign(entries, kGone);
+  loads_.assign(entries, {}), sphere_of_.assign(entries, kGone), periods_.assign(entries, {});
   clump_at_.reserve(spheres.size());
   for (std::uint32_t i = 0; i < spheres.size(); ++i) {
     const std::uint32_t c = clump_of(spheres[i].id);
@@ -125,12 +147,17 @@ void Clumps::find(std::span<const Sphere> spheres) {
     const std::uint32_t entry = begin_[c] + (spheres[i].id - clumps_[c].first_sphere);
     places_.push_back({i, entry});
     sphere_of_[entry] = i;
+    const Clump& of = clumps_[c];
+    const Vec3 arm = of.attitude.rotate(shapes_[of.shape].members[spheres[i].id - of.first_sphere].at);
+    periods_[entry] = cell.periods(spheres[i].x - of.position - arm);
   }
 }
 
-void Clumps::drop_pairs(NeighbourList& list) const {
+void Clumps::drop_pairs(NeighbourList& list, const PeriodicImages& images) const {
   if (!any()) return;
-  list.keep_if([&](std::uint32_t i, std::uint32_t j) { return clump_at_[i] == kGone || clump_at_[j] != clump_at_[i]; });
+  list.keep_if([&](std::uint32_t i, std::uint32_t j) {
+    return clump_at_[i] == kGone || clump_at_[images.sphere(j)] != clump_at_[i];
+  });
 }
 
 void Clumps::begin_lists(std::span<const ParticleBlock> blocks) {
@@ -208,7 +235,7 @@ void Clumps::move(ParticleStore& particles, const Vec3& gravity, double before, 
       const Vec3& at = shape.members[e - begin_[k]].at;
       const Vec3 arm = c.attitude.rotate(at), middle = 0.5 * (was.rotate(at) + arm);
       Sphere& s = particles.spheres()[sphere_of_[e]];
-      s.x = c.position + arm;
+      s.x = c.position + arm + periods_[e];
       s.v = c.velocity + cross(turned.angular_velocity, middle);
       s.w = turned.angular_velocity;
       if (particles.is_mixed()) particles.mixed()[sphere_of_[e]] = rounded(s, particles.mass_in_contact(sphere_of_[e]));
@@ -250,8 +277,7 @@ void Clumps::archive(Archive& a) {
   for (std::size_t k = 0; k < count; ++k) {
     if (a.reads()) clumps_.emplace_back();
     Clump& c = clumps_[k];
-    a("id", c.id)("shape", c.shape)("first sphere", c.first_sphere)("material", c.material);
-    a("attitude", c.attitude)("position", c.position)("velocity", c.velocity)("angular momentum", c.angular_momentum);
+    c.archive(a);
     if (c.shape >= shapes_.size())
       throw std::invalid_argument(
           "restart: the state has clumps of a shape that the scenario lacks; use the scenario it was written from");

@@ -31,6 +31,10 @@ class SphereForces;
 /// | forces of members | the worker of the member's block, in the sweep;     | `move`, `observe` |
 /// |                   | `add_forces`, after it                              |                   |
 ///
+/// At periodic sides members go round one by one, as loose spheres do: each keeps the periods by which it lies beside
+/// its place in the clump, from rebuild to rebuild. Force and moment follow from the attitude alone. The centre of mass
+/// goes round with the first member.
+///
 /// Members are moved after the sweep and not within: they lie in several particle blocks, of several workers, and no
 /// block may move its part of a clump before all forces on the clump are known. The price is a pass over the members.
 class Clumps {
@@ -50,6 +54,8 @@ class Clumps {
   int add_shape(ClumpShape shape);
   /// Adds a clump and its members, as spheres of the store, with the numbers that it asks for or the next ones.
   void add(const ClumpSpec& in, ParticleStore& particles, int materials);
+  /// Adds clumps whose members are spheres of the store.
+  void join(std::span<const Clump> clumps);
   /// Index of the clump that a sphere belongs to; kGone: none.
   std::uint32_t clump_of(std::uint32_t sphere_id) const {
     return sphere_id < of_id_.size() ? of_id_[sphere_id] : kGone;
@@ -66,8 +72,12 @@ class Clumps {
   std::function<bool(const Sphere&)> with_whole_clumps(const std::function<bool(const Sphere&)>& gone) const;
   /// Takes them out; returns the energy that goes with them, J.
   double take_out(const Vec3& gravity);
-  void find(std::span<const Sphere> spheres);  ///< for new lists, before the blocks are laid out
-  void drop_pairs(NeighbourList& list) const;  ///< of members of one clump
+  /// A sphere of a clump has gone round by whole periods. Returns the energy that the clump leaves behind, J.
+  double go_round(const Sphere& member, const Vec3& periods, const Vec3& gravity);
+  double widest_gap() const;  ///< between centres of two members of one clump, at most, m
+  /// For new lists, before the blocks are laid out.
+  void find(std::span<const Sphere> spheres, const PeriodicCell& cell);
+  void drop_pairs(NeighbourList& list, const PeriodicImages& images) const;  ///< of members of one clump
   void begin_lists(std::span<const ParticleBlock> blocks);
 
   // The sweep.
@@ -121,6 +131,7 @@ class Clumps {
   std::vector<Load> own_;                 ///< of users, likewise, in them; empty without such forces
   std::vector<std::uint32_t> begin_;      ///< of each clump in it
   std::vector<std::uint32_t> sphere_of_;  ///< index in the store, by entry
+  std::vector<Vec3> periods_;             ///< from the place in its clump to the sphere, by entry, m
   std::vector<char> leaving_;
 };
 

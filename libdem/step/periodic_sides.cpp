@@ -37,7 +37,10 @@ void Bed::Impl::wrap() {
   for (Sphere& s : particles.spheres()) {
     const Vec3 was = s.x;
     s.x = options.periodic.wrapped(was);
-    if (!is_fixed(s)) balance.removed += s.m * dot(options.gravity, s.x - was);
+    if (clumps.clump_of(s.id) != kGone)
+      balance.removed += clumps.go_round(s, options.periodic.periods(s.x - was), options.gravity);
+    else if (!is_fixed(s))
+      balance.removed += s.m * dot(options.gravity, s.x - was);
   }
 }
 
@@ -50,9 +53,9 @@ void Bed::Impl::add_images(NeighbourList& list, const Grid& grid, const Particle
 void Bed::Impl::check_periodic_sides(const ParticleStatistics& statistics, double skin) const {
   const PeriodicCell& cell = options.periodic;
   if (particles.empty()) return;  // nothing meets, and the skin of no spheres has no size
-  require_period(cell, 2 * statistics.largest + laws.largest_cutoff() + skin);
-  if (clumps.any())
-    throw std::invalid_argument("clumps have no images beyond periodic sides; use spheres, or a bed with walls");
+  const double reach = 2 * statistics.largest + laws.largest_cutoff() + skin;
+  require_period(cell, reach);
+  if (clumps.any()) require_period_of_clumps(cell, clumps.widest_gap() + reach);
   double cutoff = 0;
   for (std::uint32_t law = 0; law < laws.count(); ++law) cutoff = std::max(cutoff, laws.surface_cutoff(law));
   const double near = statistics.largest + cutoff + skin;

@@ -88,10 +88,11 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   // Longer, and the lists grow, though most of what is added stays inactive; shorter, and they are built more often:
   // under a plough 0.25 costs 13 %, 0.6 costs 40 % more.
   laws.update_cutoffs(statistics.largest);
-  const double skin = options.skin > 0
-                          ? options.skin
-                          : skin_within_period(options.periodic, 2 * statistics.largest + laws.largest_cutoff(),
-                                               0.1 * statistics.mean, 0.4 * statistics.mean);
+  const double skin =
+      options.skin > 0
+          ? options.skin
+          : skin_within_period(options.periodic, 2 * statistics.largest + laws.largest_cutoff(),
+                               clumps.any() ? clumps.widest_gap() : 0, 0.1 * statistics.mean, 0.4 * statistics.mean);
   const double cutoff = laws.largest_cutoff() + skin;
   if (options.periodic.any()) check_periodic_sides(statistics, skin);
   // Only now, when nothing refuses the bed any more: what a failed rebuild had put aside would meet other lists later.
@@ -111,8 +112,8 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
     if (options.periodic.any()) add_images(list, grid, statistics, cutoff);
     fixed.find(statistics.all_free ? std::span<const Sphere>{} : particles.spheres());
     fixed.drop_pairs(list, particles.images());
-    clumps.find(particles.spheres());
-    clumps.drop_pairs(list);
+    clumps.find(particles.spheres(), options.periodic);
+    clumps.drop_pairs(list, particles.images());
     particles.find_masses(statistics.all_free, [&](std::uint32_t i) {
       const std::uint32_t clump = clumps.clump_at(i);
       // Of a state whose clumps are not there yet: as if it were alone.

@@ -65,7 +65,11 @@ void add_inlets(World& world, const Loaded& loaded) {
     plan.interval = kIntervalSteps * world.step.soil_step;
     plan.first_id = next + k * numbers, plan.id_step = count * numbers;
     try {
-      dem::require_period(world.bed->options().periodic, 2 * dem::largest_radius(plan.radius));
+      const dem::PeriodicCell& cell = world.bed->options().periodic;
+      const double reach = 2 * dem::largest_radius(plan.radius);
+      dem::require_period(cell, reach);
+      for (const dem::ClumpPart& part : plan.clumps)
+        dem::require_period_of_clumps(cell, reach + dem::widest_gap(plan.shapes[static_cast<std::size_t>(part.shape)]));
       world.inlets.push_back({i.name, dem::Inlet(std::move(plan))});
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(loaded.where("soil.inlets." + i.name) + ": " + error.what());

@@ -212,7 +212,6 @@ TEST(Inlets, RefusalsOfClumpsNamePlaceRuleAndCure) {
   refused("soil.inlets.left.radius=3 mm", "soil.inlets.left.radius: has no effect: all grains are clumps");
   refused("soil.inlets.right.radius=50 mm", "less than the diameter 100 mm of its largest sphere");
   refused("soil.inlets.left.box.size=8 25 70 mm", "the box is 8 mm long in x, less than the diameter 10 mm");
-  refused("soil.container.periodic=[x]", "lets spheres through one by one, and clumps are rigid");
   refused("soil.inlets.left.material=husk",
           "soil.clumps.bean: is of materials of 1200 and 800 kg/m^3; give it `density`");
 }
