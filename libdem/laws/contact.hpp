@@ -95,6 +95,7 @@ struct WorstContact {
   double m_eff, r_eff;  ///< kg, m
   double r_min;         ///< radius of the smaller sphere, m
   double speed;         ///< maximum approach speed expected, m/s (nonlinear laws stiffen with it)
+  double overlap = 0;   ///< m, to which it is pressed, where that is deeper than an impact at that speed
 };
 
 }  // namespace subsoil::dem

@@ -158,7 +158,7 @@ struct Eepa {
     const double load = std::isnan(k1) ? 4.0 / 3.0 * E_eff * std::sqrt(worst.r_eff) : k1;
     const double rest = std::pow(f0 / load, 1 / n);  // where f0 is balanced; the work up to there adds to the energy
     const double energy = 0.5 * worst.m_eff * worst.speed * worst.speed + f0 * rest;
-    const double overlap = rest + std::pow((n + 1) * energy / load, 1 / (n + 1));
+    const double overlap = std::max(worst.overlap, rest + std::pow((n + 1) * energy / load, 1 / (n + 1)));
     const double k_n = n * load * std::pow(overlap, n - 1);
     const double damp = 2 * damping_ratio(restitution) * std::sqrt((n + 1) / (2 * n) * worst.m_eff);
     return {.k_n = k_n / (1 - plasticity),

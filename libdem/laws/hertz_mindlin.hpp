@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -84,7 +85,8 @@ struct HertzMindlin : ElasticPair {
 
   /// Stiffness at the overlap that the expected speed reaches: delta = (15 m v^2/(16 E* sqrt R))^(2/5).
   StiffnessBound bound(const WorstContact& w) const {
-    const double overlap = std::pow(15 * w.m_eff * w.speed * w.speed / (16 * E_eff * std::sqrt(w.r_eff)), 0.4);
+    const double overlap =
+        std::max(w.overlap, std::pow(15 * w.m_eff * w.speed * w.speed / (16 * E_eff * std::sqrt(w.r_eff)), 0.4));
     const double root = std::sqrt(w.r_eff * overlap);
     const double damp = 2 * std::sqrt(5.0 / 6.0) * damping_ratio(restitution);
     const double k_n = 2 * E_eff * root, k_t = 8 * G_eff * root;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -95,7 +96,8 @@ struct HuntCrossley {
   /// At the overlap that the expected speed reaches without damping: c delta^(n+1)/(n+1) = m v^2/2.
   StiffnessBound bound(const WorstContact& w) const {
     const double c = impact.stiffness({.mass = w.m_eff, .radius = w.r_eff, .E_eff = E_eff});
-    const double overlap = std::pow((impact.n + 1) * w.m_eff * w.speed * w.speed / (2 * c), 1 / (impact.n + 1));
+    const double overlap =
+        std::max(w.overlap, std::pow((impact.n + 1) * w.m_eff * w.speed * w.speed / (2 * c), 1 / (impact.n + 1)));
     const double spring = c * std::pow(overlap, impact.n), k_n = impact.n * spring / overlap;
     // While approaching, damping stiffens the tangent by 1 + b v.
     return {.k_n = k_n * (1 + impact.b * w.speed),

@@ -134,11 +134,13 @@ struct Jkr : ElasticPair {
   StiffnessBound bound(const WorstContact& w) const {
     const double a0 = std::cbrt(2 * std::numbers::pi * work * w.r_eff * w.r_eff / E_eff);
     const double wanted = w.m_eff * w.speed * w.speed / (4 * std::numbers::pi * work * a0 * a0) + energy_at(1);
+    const double pressed = w.overlap * w.r_eff / (a0 * a0);
+    const auto reaches = [&](double y) { return energy_at(y) >= wanted && y * y * y * y - y >= pressed; };
     double low = 1, high = 2;
-    while (energy_at(high) < wanted) high *= 2;
+    while (!reaches(high)) high *= 2;
     for (int k = 0; k < 50; ++k) {
       const double middle = 0.5 * (low + high);
-      (energy_at(middle) > wanted ? high : low) = middle;
+      (reaches(middle) ? high : low) = middle;
     }
     const double radius = a0 * high * high;
     const double k_n = 2 * E_eff * radius, k_t = 8 * G_eff * radius;

@@ -134,7 +134,8 @@ struct VariableRestitution {
 
   /// Stiffness at the overlap, damping at the restitution of the expected speed.
   StiffnessBound bound(const WorstContact& w) const {
-    const double overlap = std::pow(15 * w.m_eff * w.speed * w.speed / (16 * E_eff * std::sqrt(w.r_eff)), 0.4);
+    const double overlap =
+        std::max(w.overlap, std::pow(15 * w.m_eff * w.speed * w.speed / (16 * E_eff * std::sqrt(w.r_eff)), 0.4));
     const double stiff = part == Normal::linear ? k_n : 2 * E_eff * std::sqrt(w.r_eff * overlap);
     const double damp = factor() * ratio(w.speed) * std::sqrt(w.m_eff * stiff);
     return {.k_n = stiff, .c_n = damp, .k_t = stiffness_ratio * stiff, .c_t = std::sqrt(stiffness_ratio) * damp};

@@ -7,7 +7,7 @@
 /// Whether the bed still makes sense after a step, and which sphere does not.
 namespace subsoil::dem {
 
-/// Sphere of the deepest contact, for a message; after the move, which changes overlaps by a step's path.
+/// Place of the sphere with the deepest contact; after the move, which changes overlaps by a step's path.
 std::uint32_t Bed::Impl::deepest_sphere() const {
   std::uint32_t deepest = 0;
   double largest = 0;

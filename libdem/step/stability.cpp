@@ -122,7 +122,7 @@ std::array<Mode, 3> modes_along_fibre(const StiffnessBound& k, double m, double 
 StableStep stable_step(const Law& law, const StepQuestion& q) {
   const double r = q.smallest_radius, m = q.density * sphere_volume(r);
   const double inertia = 0.4 * m * r * r;
-  const WorstContact worst{.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed};
+  const WorstContact worst{.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed, .overlap = q.overlap};
   const double i_roll = 0.7 * m * r * r;
   double arm = r;
   const bool in_fibres = law->bond() != nullptr && law->bond()->replaces_contact();
@@ -145,8 +145,8 @@ StableStep stable_step_at_surface(const Law& law, const StepQuestion& q) {
   const double inertia = 0.4 * m * r * r;
   refuse_collapse(law, {r, q.largest_radius});
   double arm = r;
-  const StiffnessBound k =
-      stiffness_bound(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
+  const StiffnessBound k = stiffness_bound(
+      law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed, .overlap = q.overlap}, 1.4 * m * r * r, false, arm);
   // Two masses on one spring move with their reduced mass against each other.
   const double reduced = m / (1 + m / q.body_mass);
   // Three surfaces at right angles: along each normal one contact pushes and two drag.

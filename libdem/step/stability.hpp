@@ -42,6 +42,7 @@ struct StepQuestion {
   /// is its mobility. Infinite: it moves on a given path or not at all.
   double body_mass = std::numeric_limits<double>::infinity();
   int body_steps = 1;  ///< soil steps in a step of that body
+  double overlap = 0;  ///< m, to which a contact of the smallest spheres is pressed, if deeper than by the speed
 };
 
 /// Limit from the law between two spheres. Throws std::invalid_argument when attraction would pull them into each

@@ -152,7 +152,8 @@ StableStep stable_step(const Law& law, const ClumpShape& shape, const StepQuesti
   const double r = largest_member(shape), m = shape.mass;
   double arm = r;
   const StiffnessBound k =
-      stiffness_bound(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed}, 0.7 * m * r * r, true, arm);
+      stiffness_bound(law, {.m_eff = m / 2, .r_eff = r / 2, .r_min = r, .speed = q.speed, .overlap = q.overlap},
+                      0.7 * m * r * r, true, arm);
   const std::vector<SurfacePoint> points = surface_points(shape);
   double alone[2] = {0, 0};
   ContactMatrix stiff(shape), damped(shape);
@@ -176,8 +177,8 @@ StableStep stable_step(const Law& law, const ClumpShape& shape, const StepQuesti
 StableStep stable_step_at_surface(const Law& law, const ClumpShape& shape, const StepQuestion& q) {
   const double r = largest_member(shape), m = shape.mass;
   double arm = r;
-  const StiffnessBound k =
-      stiffness_bound(law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed}, 1.4 * m * r * r, false, arm);
+  const StiffnessBound k = stiffness_bound(
+      law, {.m_eff = m, .r_eff = r, .r_min = r, .speed = q.speed, .overlap = q.overlap}, 1.4 * m * r * r, false, arm);
   constexpr int attitudes = 13;  // and their reflections
   double a = 0, b = 0;
   int turn = 0;

@@ -15,55 +15,12 @@
 #include "libdem/laws/variable_restitution.hpp"
 #include "libdem/laws/wet.hpp"
 #include "libdem/particles/fixed.hpp"
+#include "libsim/run/deepest_contact.hpp"
 #include "libsim/run/placement_report.hpp"
 #include "libsim/scenario/given_law.hpp"
 
 namespace subsoil::sim {
 namespace {
-
-/// A sphere's deepest contact.
-struct Deepest {
-  double overlap = 0;   ///< m
-  double approach = 0;  ///< m/s, of the two towards each other
-  double r_eff = 0, m_eff = 0;
-  int material = -1;  ///< of the other one
-  std::string other;
-};
-
-/// m_eff of two spheres, kg: of the bodies that they move, of which a fixed one does not yield.
-double effective_mass(const dem::Sphere& a, const dem::Sphere& b, const dem::Bed& bed) {
-  const double m_a = bed.mass_of_body(a), m_b = bed.mass_of_body(b);
-  return dem::is_fixed(a) ? m_b : dem::is_fixed(b) ? m_a : m_a * m_b / (m_a + m_b);
-}
-
-Deepest deepest_contact(const dem::Sphere& s, const World& world) {
-  Deepest out;
-  for (const dem::Sphere& p : world.bed->spheres())
-    if (const double d = s.r + p.r - dem::norm(s.x - p.x);
-        p.id != s.id && d > out.overlap && !(dem::is_fixed(s) && dem::is_fixed(p)))
-      out = {d,
-             dem::dot(p.v - s.v, dem::normalized(s.x - p.x)),
-             s.r * p.r / (s.r + p.r),
-             effective_mass(s, p, *world.bed),
-             p.material,
-             fmt::format("sphere {}", p.id)};
-  for (int i = 0; i < world.bed->boundary_count(); ++i) {
-    const dem::Boundary& b = world.bed->boundary(i);
-    if (!b.active || (dem::is_fixed(s) && !b.meets_fixed)) continue;
-    const Vec3 c = b.pose.to_local(s.x);
-    std::vector<std::uint32_t> near;
-    dem::candidates(b.shape, c, 2 * s.r, near);
-    dem::SurfaceContact touch[1];
-    if (near.empty() || dem::contacts(b.shape, c, 2 * s.r, near, touch, 1) == 0) continue;
-    if (const double d = s.r - touch[0].distance; d > out.overlap) {
-      const Vec3 arm = b.pose.to_world(touch[0].point) - b.pose.position;
-      const Vec3 surface = b.velocity + dem::cross(b.angular_velocity, arm);
-      const double approach = dem::dot(surface - s.v, b.pose.attitude.rotate(touch[0].normal));
-      out = {d, approach, s.r, world.bed->mass_of_body(s), b.material, "`" + b.name + "`"};
-    }
-  }
-  return out;
-}
 
 /// The parameter that a law's force is in proportion to, as the scenario gives it.
 struct Stiffness {
@@ -177,7 +134,7 @@ std::string overlap_advice(const dem::BedFault& fault, const World& world, const
   const auto spheres = world.bed->spheres();
   const auto sphere = std::find_if(spheres.begin(), spheres.end(), [&](const dem::Sphere& s) { return s.id == id; });
   if (sphere == spheres.end()) return {};
-  const Deepest deepest = deepest_contact(*sphere, world);
+  const DeepestContact deepest = deepest_contact(*sphere, world);
   if (deepest.material < 0) return {};
   const int law = world.laws.of(sphere->material, deepest.material);
   if (law < 0) return {};

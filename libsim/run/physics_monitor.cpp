@@ -76,7 +76,7 @@ void PhysicsMonitor::begin() {
 
 bool PhysicsMonitor::physics_fails() {
   if (!o_.world.bed || !begun_) return false;
-  for (const PhysicsWatch::Finding& finding : physics_.look(o_.world, start_, fastest_)) {
+  for (const PhysicsWatch::Finding& finding : physics_.look(o_.world, start_, fastest_, deepest_)) {
     const std::string text = fmt::format("t = {:.9g} s: {}", o_.reached, finding.text);
     if (finding.stops) return o_.failure = text, true;
     o_.warn(text);

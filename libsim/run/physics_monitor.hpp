@@ -24,7 +24,7 @@ class PhysicsMonitor : public StepObserver {
   /// What a change of the scenario adds by itself, to contacts and potentials, counts as there at the start.
   void take_up(const SavedRun& saved, bool changed);
   void continue_from(long steps) { begun_ = steps > 0; }
-  double deepest() const { return deepest_; }  ///< overlap, m
+  double deepest() const { return deepest_; }  ///< overlap, share of the smaller radius
   double fastest() const { return fastest_; }  ///< sphere, m/s
 
   /// The energy balance of the last instant at which the bed's energies were taken, with its time; null before.

@@ -8,6 +8,7 @@
 
 #include "libdem/particles/fixed.hpp"
 #include "libdem/step/stability.hpp"
+#include "libsim/run/deepest_contact.hpp"
 #include "libsim/setup/container.hpp"
 
 namespace subsoil::sim {
@@ -114,20 +115,65 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::travel(const World& world) {
                  stops};
 }
 
+namespace {
+
+double stable_step(const PossibleImpact& impact, const dem::StepQuestion& question) {
+  return (impact.at_surface ? dem::stable_step_at_surface(impact.law, question)
+                            : dem::stable_step(impact.law, question))
+      .step;
+}
+
+}  // namespace
+
 /// Laws whose stiffness rises with the overlap are stable with shorter steps where bodies meet faster.
 std::optional<PhysicsWatch::Finding> PhysicsWatch::step(const World& world, double fastest) {
   if (said_step_ || !(fastest > world.step.expected_speed)) return std::nullopt;
   for (const PossibleImpact& impact : world.step.impacts) {
     dem::StepQuestion question = impact.question;
     question.speed = fastest;
-    const dem::StableStep limit =
-        impact.at_surface ? dem::stable_step_at_surface(impact.law, question) : dem::stable_step(impact.law, question);
-    if (world.step.soil_step < limit.step) continue;
+    const double limit = stable_step(impact, question);
+    if (world.step.soil_step < limit) continue;
     said_step_ = true;
     return Finding{
         fmt::format("a sphere has {:.3g} m/s, more than the {:.3g} m/s expected: at that speed the step of "
                     "{:.3g} s is no longer stable between {} (limit {:.3g} s); give a smaller `time.soil step`",
-                    fastest, world.step.expected_speed, world.step.soil_step, impact.between, limit.step)};
+                    fastest, world.step.expected_speed, world.step.soil_step, impact.between, limit)};
+  }
+  return std::nullopt;
+}
+
+/// And where a load presses them deeper than an impact does. Which contact it is, is looked for only where one of the
+/// smallest spheres could be it.
+std::optional<PhysicsWatch::Finding> PhysicsWatch::pressed(const World& world, double deepest) {
+  if (said_pressed_ || world.bed->engine_name() != nullptr) return std::nullopt;
+  const auto limit_at = [](const PossibleImpact& impact, double radius, double share) {
+    dem::StepQuestion question = impact.question;
+    question.smallest_radius = radius, question.overlap = share * radius;
+    return stable_step(impact, question);
+  };
+  const auto possible = [&](const PossibleImpact& impact) {
+    return world.step.soil_step >= limit_at(impact, impact.question.smallest_radius, deepest);
+  };
+  if (std::none_of(world.step.impacts.begin(), world.step.impacts.end(), possible)) return std::nullopt;
+  const auto spheres = world.bed->spheres();
+  const std::uint32_t id = world.bed->deepest_sphere();
+  const auto sphere = std::find_if(spheres.begin(), spheres.end(), [&](const dem::Sphere& s) { return s.id == id; });
+  const DeepestContact contact = deepest_contact(*sphere, world);
+  for (PossibleImpact impact : world.step.impacts) {
+    const auto joins = [&](int a, int b) { return sphere->material == a && contact.material == b; };
+    if (impact.at_surface != contact.at_surface ||
+        !(joins(impact.material, impact.other) || (!contact.at_surface && joins(impact.other, impact.material))))
+      continue;
+    impact.question.neighbours = contact.contacts;
+    const double share = contact.overlap / contact.smaller_radius;
+    const double limit = limit_at(impact, contact.smaller_radius, share);
+    if (world.step.soil_step < limit) continue;
+    said_pressed_ = true;
+    return Finding{
+        fmt::format("sphere {} is pressed {:.2g} of a radius into {}, deeper than by an impact at the {:.3g} "
+                    "m/s expected: the stable step there, {:.3g} s, is below the step of {:.3g} s, and forces "
+                    "may be wrong; give a smaller `time.soil step`, or a stiffer law between {}",
+                    id, share, contact.other, world.step.expected_speed, limit, world.step.soil_step, impact.between)};
   }
   return std::nullopt;
 }
@@ -148,7 +194,8 @@ std::optional<PhysicsWatch::Finding> PhysicsWatch::walls(const World& world) {
       count, count == 1 ? " is" : "s are")};
 }
 
-std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const EnergyStart& start, double fastest) {
+std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const EnergyStart& start, double fastest,
+                                                      double deepest) {
   std::vector<Finding> found;
   if (world.bed->spheres().empty()) return found;
   const auto take = [&](std::optional<Finding> one) {
@@ -157,6 +204,7 @@ std::vector<PhysicsWatch::Finding> PhysicsWatch::look(const World& world, const 
   take(energy(world, start));
   take(travel(world));
   take(step(world, fastest));
+  take(pressed(world, deepest));
   constexpr long every = 20;  // a look at the walls goes through all spheres
   if (looks_++ % every == 0) take(walls(world));
   return found;

@@ -35,16 +35,18 @@ class PhysicsWatch {
   /// After the first step: what overlaps so far that it will fly apart. Nothing without gravity, which is the measure.
   std::optional<Finding> start(const World& world) const;
   /// After a step whose energy was asked for. @param fastest of all spheres so far, m/s
-  std::vector<Finding> look(const World& world, const EnergyStart& start, double fastest);
+  /// @param deepest of all overlaps so far, share of the smaller radius
+  std::vector<Finding> look(const World& world, const EnergyStart& start, double fastest, double deepest);
   void archive(Archive& a) {
     a("looks", looks_)("most present", most_present_)("said closure", said_closure_)("said travel", said_travel_)(
-        "said step", said_step_)("said outside", said_outside_);
+        "said step", said_step_)("said pressed", said_pressed_)("said outside", said_outside_);
   }
 
  private:
   std::optional<Finding> energy(const World& world, const EnergyStart& start);
   std::optional<Finding> travel(const World& world);
   std::optional<Finding> step(const World& world, double fastest);
+  std::optional<Finding> pressed(const World& world, double deepest);
   std::optional<Finding> walls(const World& world);
   /// Of the active ones, with the speed of its farthest place, m/s; nullptr where none moves.
   std::pair<const dem::Boundary*, double> fastest_surface(const World& world) const;
@@ -57,7 +59,7 @@ class PhysicsWatch {
   double most_present_ = 0;                        // J in motion and contacts, at looks so far
   std::vector<double> farthest_;                   // of each boundary from the origin of its pose, m; 0 of planes
   long looks_ = 0;
-  bool said_closure_ = false, said_travel_ = false, said_step_ = false, said_outside_ = false;
+  bool said_closure_ = false, said_travel_ = false, said_step_ = false, said_pressed_ = false, said_outside_ = false;
 };
 
 }  // namespace subsoil::sim

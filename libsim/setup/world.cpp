@@ -137,7 +137,7 @@ void limit_step(StepReport& report, const dem::StableStep& limit, const std::str
 
 /// Impacts of the smallest and the largest spheres on bodies of the machine that are not much heavier than they are.
 void add_yielding(World& world, const Scenario& scenario, const dem::Law& law, const dem::StepQuestion& question,
-                  int material, const std::string& between) {
+                  int sphere, int material, const std::string& between) {
   const int soil_steps = static_cast<int>(scenario.time.machine.soil_steps);
   std::vector<double> radii{question.smallest_radius};
   if (question.largest_radius > 1.01 * question.smallest_radius) radii.push_back(question.largest_radius);
@@ -149,7 +149,7 @@ void add_yielding(World& world, const Scenario& scenario, const dem::Law& law, c
       one.smallest_radius = radius, one.body_mass = y.free_mass, one.body_steps = soil_steps;
       const std::string& name = world.machine->system().body_name(y.body);
       limit_step(world.step, dem::stable_step_at_surface(law, one), between + ", on `" + name + "`");
-      world.step.impacts.push_back({law, one, true, between, name, y.start_mass});
+      world.step.impacts.push_back({law, one, true, sphere, material, between, name, y.start_mass});
     }
   }
 }
@@ -267,13 +267,13 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion all) {
         if (soil[b] && question.neighbours > 0) {
           const dem::StableStep limit = dem::stable_step(l, question);
           limit_step(report, limit, between), of_fibres.take(a, b, limit, false);
-          report.impacts.push_back({l, question, false, between});
+          report.impacts.push_back({l, question, false, static_cast<int>(a), static_cast<int>(b), between});
         }
         if (surface[b]) {
           const dem::StableStep limit = dem::stable_step_at_surface(l, question);
           limit_step(report, limit, between), of_fibres.take(a, b, limit, true);
-          report.impacts.push_back({l, question, true, between});
-          add_yielding(world, s, l, question, static_cast<int>(b), between);
+          report.impacts.push_back({l, question, true, static_cast<int>(a), static_cast<int>(b), between});
+          add_yielding(world, s, l, question, static_cast<int>(a), static_cast<int>(b), between);
         }
       } catch (const std::invalid_argument& error) {
         throw ScenarioError(fmt::format("{}: {}", loaded.where(fmt::format("contacts[{}].law", law)), error.what()));

@@ -77,6 +77,7 @@ struct PossibleImpact {
   dem::Law law;
   dem::StepQuestion question;
   bool at_surface;
+  int material, other;  ///< of the sphere, and of what it meets
   std::string between;
   std::string body{};    ///< of the machine, which yields to the sphere; empty: none does
   double body_mass = 0;  ///< kg, where it yields most, with its joints and drivers as they are at the start

@@ -49,6 +49,11 @@ class Case:
             return 1e-4
         return {"adams-moulton": 1e-3, "ida": 1e-4}.get(self.scenario.integrator, 1e-6)
 
+    @property
+    def says_unstable(self):
+        """A load presses a contact deeper than the step is stable for, and the run warns of wrong forces."""
+        return "is below the step of" in self.base.text
+
     def response(self):
         """Change of every column, as a share of its size, when all masses and stiffnesses change by 1e-9."""
         if self._response is None:

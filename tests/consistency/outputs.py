@@ -159,7 +159,7 @@ def work_of_driver(case):
 def losses(case):
     """What is lost does not come back. Conventions of other programs may create energy, which counts as a negative loss in sliding.
     What the ground under a body gives back as it is unloaded, at most F^2/(2 q K'), counts against its loss."""
-    if not case.base.ended or case.scenario.analysis != "dynamics":
+    if not case.base.ended or case.scenario.analysis != "dynamics" or case.says_unstable:
         return []
     creates = any(law.get("conventions", "own") != "own" or law.get("friction rule") == "spring-set-back" or law.get("rolling rule") == "spring-set-back"
                   or law.get("changing stiffness", "lossy") != "lossy" for law in case.tree.get("contacts", []))

@@ -408,6 +408,31 @@ time: {end: 10 ms}
       << warnings_of(dir / "out");
 }
 
+/// A plate presses a ball of 10 mm slowly onto the floor. By Jury's condition of two dashpots on one mass, of which
+/// Hunt and Crossley's is b F, steps are stable below m/(b F), which the ball passes long before the limit of overlaps.
+TEST(PhysicsWatch, SaysAContactThatIsPressedBeyondTheStableStep) {
+  const RunDirectory dir;
+  const auto warned = [&](const std::string& name, double depth) {
+    const std::string text = R"(subsoil: 1
+materials: {ball: {density: 2000 kg/m^3, young's modulus: 2 MPa, poisson ratio: 0.3}, steel: {density: 7800 kg/m^3, young's modulus: 2 MPa, poisson ratio: 0.3}}
+gravity: 0 m/s^2
+contacts:
+  - {between: [ball, steel], law: hunt-crossley, restitution: 0.4, at speed: 0.3 m/s, mu: 0}
+  - {between: [ball, ball], law: linear, k_n: 10 kN/m, restitution: 0.9, mu: 0}
+soil:
+  container: {size: 200 200 200 mm, at: 0 0 0 m, material: steel}
+  bed: {fill: particles, particles: [{position: 100 10 100 mm, radius: 10 mm, material: ball}]}
+boundaries: [{name: plate, material: steel, shape: {box: 50 10 50 mm}, at: 100 25 100 mm, moves: [{velocity: 0 -0.1 0 m/s}]}]
+)";
+    const int code =
+        run_scenario(dir.scenario(text + fmt::format("time: {{end: {} ms}}\n", depth / 0.1)), dir / name, {});
+    EXPECT_TRUE(code == exit_ok || code == exit_failed) << "what an unstable step makes of it may stop the run";
+    return warnings_of(dir / name).find("is below the step of") != std::string::npos;
+  };
+  EXPECT_FALSE(warned("shallow", 1));
+  EXPECT_TRUE(warned("deep", 7));
+}
+
 /// A sphere on a plane with the force F(overlap, rate), in steps of 50 ns: speed after over speed before.
 template <class Force>
 double restitution_of(double m, double reach, double speed, const Force& force) {
