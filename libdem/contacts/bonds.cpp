@@ -69,6 +69,7 @@ void Bonds::form_in_run(const PairRun& run, double gap, ContactStore& contacts, 
     const Sphere a = particles.now(pair.i[lane]), b = particles.now(pair.j[lane]);
     const double overlap = a.r + b.r - norm(a.x - b.x);
     if (overlap < -gap - kTouching * std::min(a.r, b.r)) return;
+    if (is_intact(read_bond(contacts.memory(run, block, shape), shape, lane).state)) return;  // came with the spheres
     BondMemory<double> bond;
     bond.reference = overlap, bond.state = kBonded;
     write_bond(contacts.memory(run, block, shape), shape, lane, bond);

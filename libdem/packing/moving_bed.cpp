@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "libdem/laws/bond.hpp"
+#include "libdem/particles/rigid_rotation.hpp"
 #include "libdem/particles/statistics.hpp"
 
 namespace subsoil::dem {
@@ -16,11 +17,16 @@ namespace {
 
 void refuse_block(const char* why) { throw std::invalid_argument(std::string("moving bed: ") + why); }
 
-/// Whether bonds form in it once the run has begun, between all that touch: also across what has come in by then.
-bool is_cemented(const Bed& bed) {
-  const std::vector<Law>& laws = bed.laws().laws;
-  return std::any_of(laws.begin(), laws.end(),
-                     [](const Law& law) { return law->bond() != nullptr && !law->bond()->replaces_contact(); });
+/// Bonds of cement between all that touch. Blocks come with them, so they are those of the bed at its start.
+void cement(Bed& bed) {
+  bool any = false;
+  for (const Law& law : bed.laws().laws) {
+    if (law->bond() == nullptr || law->bond()->replaces_contact()) continue;
+    any = true;
+    if (law->bond()->time > 0)
+      refuse_block("its blocks come in cemented, as the bed is at the start; leave `bond time` out");
+  }
+  if (any) bed.form_bonds();
 }
 
 }  // namespace
@@ -28,11 +34,16 @@ bool is_cemented(const Bed& bed) {
 PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
   const PeriodicCell cell = bed.options().periodic;
   if (!(cell.length.x > 0)) refuse_block("its block must be periodic along x");
-  if (is_cemented(bed)) refuse_block("parallel bonds between its blocks are not made; take a law without");
-  if (!bed.clumps().empty()) refuse_block("its block must be of spheres, not of clumps");
-  PeriodicBlock out{
-      .low = cell.low.x, .length = cell.length.x, .state = {}, .across = {}, .bonds_across = {}, .stored = {}};
+  PeriodicBlock out{.low = cell.low.x,
+                    .length = cell.length.x,
+                    .state = {},
+                    .clumps = {},
+                    .shapes = bed.clump_shapes(),
+                    .across = {},
+                    .bonds_across = {},
+                    .stored = {}};
   bed.freeze();
+  cement(bed);
   const std::vector<ContactRecord> contacts = bed.contacts();
   const Bed::State all = bed.save();
   if (all.spheres.empty()) refuse_block("its block holds no sphere");
@@ -47,6 +58,16 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
     const auto k = static_cast<std::uint32_t>(number.size());
     number[s.id] = k;
     s.x = cell.wrapped(s.x), s.v = s.w = {}, s.id = k, s.calm = 0;
+  }
+  for (Clump c : bed.clumps()) {
+    c.position = cell.wrapped(c.position), c.velocity = c.angular_momentum = {};
+    c.first_sphere = number.at(c.first_sphere), c.id = c.first_sphere;
+    const std::vector<ClumpMember>& members = out.shapes[c.shape].members;
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      Vec3& x = spheres[c.first_sphere + m].x;  // the period goes on along x
+      x.x -= cell.periods(x - c.position - c.attitude.rotate(members[m].at)).x;
+    }
+    out.clumps.push_back(c);
   }
   /// Periods from that of the first to that of the second.
   const auto across = [&](std::int64_t i, std::int64_t j) {
@@ -81,9 +102,23 @@ void CarriedSoil::add(const Sphere& s, const Vec3& acceleration) {
   ++spheres, mass += s.m, momentum += s.m * s.v;
   kinetic += kinetic_energy_of(s), gravity -= s.m * dot(acceleration, s.x);
 }
+void CarriedSoil::add(const Clump& c, const ClumpShape& shape, const Vec3& acceleration) {
+  spheres += shape.members.size(), mass += shape.mass, momentum += shape.mass * c.velocity;
+  const Vec3 w = angular_velocity_of(c.attitude, shape.inertia, c.angular_momentum);
+  kinetic += 0.5 * shape.mass * dot(c.velocity, c.velocity) + 0.5 * dot(w, c.angular_momentum);
+  gravity -= shape.mass * dot(acceleration, c.position);
+}
 void CarriedSoil::add(const CarriedSoil& more) {
   spheres += more.spheres, mass += more.mass, momentum += more.momentum;
   kinetic += more.kinetic, gravity += more.gravity, stored += more.stored;
+}
+
+std::vector<long> PeriodicBlock::clump_of_spheres() const {
+  std::vector<long> out(size(), -1);
+  for (std::size_t k = 0; k < clumps.size(); ++k)
+    for (std::size_t m = 0; m < shapes.at(clumps[k].shape).members.size(); ++m)
+      out.at(clumps[k].first_sphere + m) = static_cast<long>(k);
+  return out;
 }
 
 MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(std::move(block)), plan_(plan) {
@@ -92,9 +127,11 @@ MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(st
   if (block_.size() == 0 || block_.across.size() != block_.state.pairs.size() ||
       block_.bonds_across.size() != block_.state.bonds.size())
     refuse_block("the arrays of its block do not belong together");
+  clump_of_ = block_.clump_of_spheres();
   for (std::size_t i = 0; i < block_.size(); ++i) {
-    largest_ = std::max(largest_, block_.sphere(i).r);
-    const double from_low = block_.sphere(i).x.x - block_.low;
+    const Clump* const clump = clump_of_[i] < 0 ? nullptr : &block_.clumps[static_cast<std::size_t>(clump_of_[i])];
+    largest_ = std::max(largest_, clump != nullptr ? block_.shapes[clump->shape].reach : block_.sphere(i).r);
+    const double from_low = (clump != nullptr ? clump->position : block_.sphere(i).x).x - block_.low;
     depth_.push_back(plan.direction > 0 ? from_low : block_.length - from_low);
   }
   held_ = held_length(largest_);
@@ -102,7 +139,7 @@ MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(st
     char text[200];
     std::snprintf(
         text, sizeof text,
-        "the settled bed is %.4g m long and goes on by %.4g m: both must be two of the largest diameters, %.4g "
+        "the settled bed is %.4g m long and goes on by %.4g m: both must be two diameters of the largest grain, %.4g "
         "m, or more",
         block_.length, plan.step, held_);
     refuse_block(text);
@@ -138,9 +175,29 @@ void MovingBed::put_spheres(Bed::State& out, const Stretch& of, bool fixed) cons
     for (std::size_t i = 0; i < block_.size(); ++i) {
       if (!of.holds(along(period, i))) continue;
       Sphere& s = out.spheres.emplace_back(block_.sphere(i));
-      s.x = site(period, i), s.id = id(period, i), s.kind = fixed ? SphereKind::fixed : SphereKind::free;
+      s.x = site(period, i), s.id = id(period, i);
+      s.kind = fixed || clump_of_[i] >= 0 ? SphereKind::fixed : SphereKind::free;  // of a clump until it is joined
     }
   });
+}
+
+/// At rest, where they stand.
+std::vector<Clump> MovingBed::clumps_in(const Stretch& of) const {
+  std::vector<Clump> out;
+  each_period(of, [&](long period) {
+    for (const Clump& c : block_.clumps) {
+      if (!of.holds(along(period, c.first_sphere))) continue;
+      Clump& added = out.emplace_back(c);
+      added.position += site(period, c.first_sphere) - block_.sphere(c.first_sphere).x;
+      added.first_sphere = added.id = id(period, c.first_sphere);
+    }
+  });
+  return out;
+}
+
+double MovingBed::depth_now(const Bed& bed, const Sphere& s) const {
+  const long clump = bed.clump_of(s);
+  return along((clump < 0 ? s.x : bed.clumps()[static_cast<std::size_t>(clump)].position).x);
 }
 
 /// Whether the hindmost sphere of a pair lies in the stretch, the first of it being of this period: its second's
@@ -177,7 +234,7 @@ CarriedSoil MovingBed::content(const Stretch& of, const Vec3& gravity) const {
   CarriedSoil out;
   each_period(of, [&](long period) {
     for (std::size_t i = 0; i < block_.size(); ++i) {
-      if (!of.holds(along(period, i))) continue;
+      if (!of.holds(along(period, i)) || clump_of_[i] >= 0) continue;
       const double m = block_.sphere(i).m;
       ++out.spheres, out.mass += m, out.gravity -= m * dot(gravity, site(period, i));
     }
@@ -187,6 +244,7 @@ CarriedSoil MovingBed::content(const Stretch& of, const Vec3& gravity) const {
       if (in) out.stored += c.energy;
     }
   });
+  for (const Clump& c : clumps_in(of)) out.add(c, block_.shapes[c.shape], gravity);
   return out;
 }
 
@@ -207,6 +265,7 @@ void MovingBed::fill(Bed& bed) const {
   std::copy_if(behind.bonds.begin(), behind.bonds.end(), std::back_inserter(all.bonds), reaches_in);
   put_contacts(all, {0, front});
   bed.insert(all);
+  bed.join(clumps_in({0, front}));
 }
 
 /// Spheres beyond the held ones that overlap what is put in.
@@ -214,7 +273,7 @@ std::vector<std::uint32_t> MovingBed::in_the_way(const Bed& bed, const Bed::Stat
   const double reach = end_ahead(advanced_) + held_ - 2 * largest_;
   std::vector<std::uint32_t> out;
   for (const Sphere& s : bed.spheres()) {
-    if (is_fixed(s) || along(s.x.x) < reach) continue;
+    if (is_fixed(s) || depth_now(bed, s) < reach) continue;
     for (const Sphere& more : added.spheres) {
       const Vec3 apart = s.x - more.x;
       const double near = s.r + more.r;
@@ -223,11 +282,26 @@ std::vector<std::uint32_t> MovingBed::in_the_way(const Bed& bed, const Bed::Stat
       break;
     }
   }
-  std::sort(out.begin(), out.end());
   return out;
 }
 
 namespace {
+
+/// Sorted, with all spheres of the clumps that they belong to.
+std::vector<std::uint32_t> with_clumps(const Bed& bed, const std::vector<std::uint32_t>& ids) {
+  std::vector<std::uint32_t> sorted = ids;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::uint32_t> out = sorted;
+  for (const Clump& c : bed.clumps()) {
+    const auto members = static_cast<std::uint32_t>(bed.clump_shapes()[c.shape].members.size());
+    const auto first = std::lower_bound(sorted.begin(), sorted.end(), c.first_sphere);
+    if (first == sorted.end() || *first >= c.first_sphere + members) continue;
+    for (std::uint32_t m = 0; m < members; ++m) out.push_back(c.first_sphere + m);
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
 
 /// Of spheres that are not free, or will not be: held at rest, or taken out.
 enum class Fate : char { held, gone };
@@ -253,6 +327,7 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   const auto let_go = [&](const Sphere& s) {
     return is_fixed(s) && next.holds(along(static_cast<long>(s.id / block_.size()) - 1, place_in_block(s.id)));
   };
+  const auto is_loose = [&](const Sphere& s) { return clump_of_[place_in_block(s.id)] < 0; };
   const double rear = static_cast<double>(advanced_ + 1) * plan_.step;  // from the first rear end
 
   Bed::State added;
@@ -260,15 +335,20 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   put_contacts(added, next);
 
   const std::vector<ContactRecord> contacts = bed.contacts();
-  const std::vector<std::uint32_t> over = in_the_way(bed, added);
+  const std::vector<std::uint32_t> over = with_clumps(bed, in_the_way(bed, added));
   const auto is_over = [&](const Sphere& s) { return std::binary_search(over.begin(), over.end(), s.id); };
-  const auto is_behind = [&](const Sphere& s) { return along(s.x.x) < rear - held_; };
-  const auto leaves = [&](const Sphere& s) { return along(s.x.x) < rear || is_over(s); };
+  const auto is_behind = [&](const Sphere& s) { return depth_now(bed, s) < rear - held_; };
+  const auto leaves = [&](const Sphere& s) { return depth_now(bed, s) < rear || is_over(s); };
   Fates fates;
   for (const Sphere& s : bed.spheres()) {
     if (leaves(s)) {
       fates[s.id] = is_behind(s) || is_over(s) ? Fate::gone : Fate::held;
-      if (!is_fixed(s)) left_.add(s, gravity);
+      if (const long clump = bed.clump_of(s); clump >= 0) {
+        const Clump& c = bed.clumps()[static_cast<std::size_t>(clump)];
+        if (s.id == c.first_sphere) left_.add(c, block_.shapes[c.shape], gravity);
+      } else if (!is_fixed(s)) {
+        left_.add(s, gravity);
+      }
     } else if (is_fixed(s) && !let_go(s)) {
       fates[s.id] = Fate::held;
     }
@@ -280,8 +360,16 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   entered_.add(more);
 
   bed.insert(added);
-  bed.release_if(let_go);
-  bed.fix_if([&](const Sphere& s) { return leaves(s) && !is_behind(s) && !is_over(s); });
+  bed.release_if([&](const Sphere& s) { return let_go(s) && is_loose(s); });
+  bed.join(clumps_in(next));
+  std::vector<std::uint32_t> held, gone;  // by now: a clump that falls apart is asked for no more
+  for (const Sphere& s : bed.spheres())
+    if (leaves(s)) (is_behind(s) || is_over(s) ? gone : held).push_back(s.id);
+  const auto among = [](std::vector<std::uint32_t>& ids) {
+    std::sort(ids.begin(), ids.end());
+    return [&ids](const Sphere& s) { return std::binary_search(ids.begin(), ids.end(), s.id); };
+  };
+  bed.fix_if(among(held));
   bed.count_removed(ended - more.stored);
   for (const int wall : walls) {
     Boundary& b = bed.boundary(wall);
@@ -289,7 +377,7 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
     b.pose_before = b.pose;  // no motion that does work
   }
   ++advanced_;
-  bed.remove_if([&](const Sphere& s) { return is_behind(s) || is_over(s); });
+  bed.remove_if(among(gone));
 }
 
 void MovingBed::archive(Archive& a) {

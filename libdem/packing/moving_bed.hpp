@@ -22,8 +22,11 @@ struct StoredInContact {
 /// One period along x of a bed at rest, with the contacts of its spheres, those across its ends among them. Any number
 /// of them stand behind each other as the spheres of the periodic bed did: forces at the joints are its own.
 struct PeriodicBlock {
-  double low = 0, length = 0;        ///< of the period along x, m
-  Bed::State state;                  ///< spheres numbered from 0, at rest; pairs; bonds; contacts at surfaces
+  double low = 0, length = 0;  ///< of the period along x, m
+  Bed::State state;            ///< spheres numbered from 0, at rest; pairs; bonds; contacts at surfaces
+  /// Of these spheres, with their centres in the period; members lie beside them, beyond its ends too.
+  std::vector<Clump> clumps;
+  std::vector<ClumpShape> shapes;    ///< of the clumps
   std::vector<std::int64_t> across;  ///< of each pair: periods from that of the first sphere to that of the second
   std::vector<std::int64_t> bonds_across;  ///< likewise of each bond
   std::vector<StoredInContact> stored;     ///< of contacts that carry a force
@@ -31,10 +34,13 @@ struct PeriodicBlock {
   std::size_t size() const { return state.spheres.size(); }
   const Sphere& sphere(std::size_t k) const { return state.spheres[k]; }
   double energy() const;  ///< in all its contacts, J
+  /// Place in `clumps` of the one that each sphere belongs to; -1: none.
+  std::vector<long> clump_of_spheres() const;
 };
 
 /// Of a bed that is periodic along x; its spheres are stopped. @param boundary_of index that each of its boundaries has
-/// in the bed that is made of blocks. Throws std::invalid_argument for bonds of cement, clumps and fixed spheres.
+/// in the bed that is made of blocks. Bonds of cement form. Throws std::invalid_argument for those that form later than
+/// at 0, and for fixed spheres.
 PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of);
 
 struct MovingBedPlan {
@@ -56,15 +62,18 @@ struct MovingBedPlan {
 /// A fibre may lie across either end: its bonds come in with the contacts, and what of it is fixed holds it as soil is
 /// held. A bond ends where both its spheres are fixed, and with a sphere that is removed.
 ///
+/// A clump belongs to where its centre is at rest: it is held, released and removed as a whole.
+///
 /// Sphere i of period c, from the one in which the window starts on, has the number (c + 1) n + i, n spheres a period.
 class MovingBed {
  public:
   /// Throws std::invalid_argument for a period shorter than the fixed length, or a plan without sense.
   MovingBed(PeriodicBlock block, const MovingBedPlan& plan);
 
-  /// Length that is fixed beyond each end, m: two of the maximum diameters. One is what reaches a sphere inside,
-  /// another keeps those that are pushed between the fixed ones.
-  static double held_length(double largest_radius) { return 4 * largest_radius; }
+  /// Length that is fixed beyond each end, m: two of the maximum diameters of grains. One is what reaches a sphere
+  /// inside, another keeps those that are pushed between the fixed ones.
+  /// @param largest_reach maximum radius of a sphere, or of the sphere about a clump, m
+  static double held_length(double largest_reach) { return 4 * largest_reach; }
   double held_length() const { return held_; }
 
   /// All spheres of the window at the start, and the fixed ones, into a bed with boundaries and without spheres.
@@ -104,6 +113,9 @@ class MovingBed {
   template <class Use>
   void each_period(const Stretch& of, const Use& use) const;
   void put_spheres(Bed::State& out, const Stretch& of, bool fixed) const;
+  std::vector<Clump> clumps_in(const Stretch& of) const;
+  /// Depth of a sphere of the bed, of its clump if it is in one, m along the travel.
+  double depth_now(const Bed& bed, const Sphere& s) const;
   void put_contacts(Bed::State& out, const Stretch& of) const;
   CarriedSoil content(const Stretch& of, const Vec3& gravity) const;
   long hindmost(const Stretch& of, long period, std::int64_t i, std::int64_t j, std::int64_t across) const;
@@ -111,7 +123,8 @@ class MovingBed {
 
   PeriodicBlock block_;
   MovingBedPlan plan_;
-  std::vector<double> depth_;  ///< of the spheres of a period, from its rear end, m
+  std::vector<long> clump_of_;  ///< of the spheres of a period; -1: none
+  std::vector<double> depth_;   ///< of the spheres of a period, or their clumps, from its rear end, m
   double held_ = 0, largest_ = 0;
   long advanced_ = 0;
   CarriedSoil entered_, left_;

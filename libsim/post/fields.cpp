@@ -116,11 +116,14 @@ Vec3 vector_of(const std::vector<float>& of, std::size_t i) {
 /// Forces that a clump passes on inside it. Each of its spheres gets f_k from its contacts and moves with the clump, as
 /// m_k/M sum f would make it; what it has less, m_k/M sum f - f_k, comes from the others, along lines from their centre
 /// of mass. (Turning is left out: bodies at rest and in translation are balanced exactly.)
-void add_clumps(const FramesFile& file, const FrameSpheres& s, const FrameContacts& contacts, CoarseGraining& coarse) {
+/// Across periodic sides spheres of a clump lie apart: all count where they are beside its first one.
+void add_clumps(const FramesFile& file, const FrameSpheres& s, const FrameContacts& contacts, const FieldKernel& kernel,
+                const dem::PeriodicCell& cell, CoarseGraining& coarse) {
   if (file.clump().empty()) return;
   struct Clump {
     double mass = 0;
-    Vec3 centre{}, force{};
+    Vec3 first{}, centre{}, force{};
+    Vec3 beside(const Vec3& x, const dem::PeriodicCell& of) const { return first + of.shortest(x - first); }
   };
   std::map<std::int32_t, Clump> clumps;
   std::map<std::array<float, 3>, std::size_t> at;  // a contact knows its spheres by their centres
@@ -129,7 +132,9 @@ void add_clumps(const FramesFile& file, const FrameSpheres& s, const FrameContac
     if (clump < 0) continue;
     at[{s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]}] = i;
     const double m = mass_of(file, s.index[i]);
-    clumps[clump].mass += m, clumps[clump].centre += m * vector_of(s.position, i);
+    Clump& c = clumps[clump];
+    if (c.mass == 0) c.first = vector_of(s.position, i);
+    c.mass += m, c.centre += m * c.beside(vector_of(s.position, i), cell);
   }
   std::vector<Vec3> given(s.index.size());
   for (std::size_t k = 0; k < contacts.force.size() / 3; ++k)
@@ -142,7 +147,11 @@ void add_clumps(const FramesFile& file, const FrameSpheres& s, const FrameContac
   for (const auto& [place, i] : at) {
     const Clump& c = clumps[file.clump()[s.index[i]]];
     const Vec3 inner = mass_of(file, s.index[i]) / c.mass * c.force - given[i];
-    coarse.add_contact(vector_of(s.position, i), (1 / c.mass) * c.centre, inner);
+    const Vec3 from = c.beside(vector_of(s.position, i), cell), to = (1 / c.mass) * c.centre;
+    dem::Bounds line;
+    line.include(from), line.include(to);
+    each_image(line.low, line.high, cell, kernel.reach(),
+               [&](const Vec3& shift) { coarse.add_contact(from + shift, to + shift, inner); });
   }
 }
 
@@ -173,7 +182,7 @@ GrainFields fields_of(const FramesFile& file, std::size_t frame, const FieldGrid
       each_image(low, high, cell, kernel.reach(),
                  [&](const Vec3& shift) { coarse.add_contact(from + shift, to + shift, force); });
     }
-    add_clumps(file, s, c, coarse);
+    add_clumps(file, s, c, kernel, cell, coarse);
   }
   return coarse.finish();
 }

@@ -71,6 +71,10 @@ void FramesFile::repeat_period() {
     const auto like = static_cast<std::size_t>(id) % n;
     id_.push_back(id), radius_.push_back(radius_[like]), density_.push_back(density_[like]);
     material_.push_back(material_[like]);
+    if (!volume_.empty()) volume_.push_back(volume_[like]);
+    if (!fibre_.empty()) fibre_.push_back(fibre_[like]);
+    if (!clump_.empty())  // numbered by their first sphere
+      clump_.push_back(clump_[like] < 0 ? -1 : static_cast<std::int32_t>(clump_[like] + id - std::int64_t(like)));
   }
 }
 

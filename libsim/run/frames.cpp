@@ -124,12 +124,20 @@ void FrameOutput::list_poured(ParticleTable& table, double end) const {
 void FrameOutput::list_period(ParticleTable& table) const {
   const dem::MovingBed& moving = world_.moving->window;
   const dem::PeriodicBlock& block = moving.block();
+  const std::vector<long> clump_of = block.clump_of_spheres();
   for (std::size_t i = 0; i < block.size(); ++i) {
     table.id.push_back(static_cast<std::int64_t>(i));
     table.radius.push_back(block.sphere(i).r);
     table.density.push_back(dem::density(block.sphere(i)));
     table.material.push_back(block.sphere(i).material);
     if (!world_.fibres.empty()) table.fibre.push_back(fibre_of(world_.fibres, static_cast<std::uint32_t>(i)));
+    if (!block.clumps.empty()) {
+      const dem::Sphere& s = block.sphere(i);
+      const dem::Clump* const clump = clump_of[i] < 0 ? nullptr : &block.clumps[static_cast<std::size_t>(clump_of[i])];
+      const dem::ClumpShape* const shape = clump == nullptr ? nullptr : &block.shapes[clump->shape];
+      table.clump.push_back(clump == nullptr ? -1 : static_cast<std::int32_t>(clump->first_sphere));
+      table.volume.push_back(shape == nullptr ? dem::sphere_volume(s.r) : shape->volume * s.m / shape->mass);
+    }
     table.at_rest.push_back(moving.place_at_rest(static_cast<std::uint32_t>(i)));
   }
   table.period = moving.plan().direction * block.length;

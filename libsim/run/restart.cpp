@@ -15,7 +15,7 @@ namespace subsoil::sim {
 namespace {
 
 /// Of arrays and what they hold; a change in either takes the next number.
-constexpr std::int64_t kStateFormat = 9;
+constexpr std::int64_t kStateFormat = 10;
 
 void archive_layers(Archive& a, SoilReport& soil) {
   std::size_t count = soil.layers.size();
@@ -94,7 +94,7 @@ RunProgress progress_of(const StateReader& in) {
 /// Of a moving bed all but the spheres and contacts of its block.
 void archive_block(Archive& a, dem::PeriodicBlock& block, dem::MovingBedPlan& plan) {
   a("low", block.low)("length", block.length)("across", block.across)("bonds across", block.bonds_across);
-  a("stored", block.stored);
+  a("stored", block.stored)("clumps", block.clumps)("shapes", block.shapes);
   a("rear", plan.rear)("step", plan.step)("steps", plan.steps)("direction", plan.direction);
 }
 

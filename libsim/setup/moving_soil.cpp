@@ -109,7 +109,7 @@ FreeSoil free_soil(const dem::Bed& bed) {
 }
 
 void count_window(World& world) {
-  world.soil.spheres = 0, world.soil.mass = 0;
+  world.soil.spheres = 0, world.soil.mass = 0, world.soil.clumps = world.bed->clumps().size();
   for (const dem::Sphere& s : world.bed->spheres())
     if (!dem::is_fixed(s) && !is_of_fibres(world, s.id)) ++world.soil.spheres, world.soil.mass += s.m;
 }
@@ -135,6 +135,7 @@ void build_moving_soil(World& world, const Loaded& loaded, const BuildOptions& o
                           ": the state holds no moving bed; take one that this scenario wrote");
     add_walls(world, loaded, options, options.moving->held_length());
     follow_with(world, *options.moving);
+    for (const dem::ClumpShape& shape : options.moving->block().shapes) world.bed->add_shape(shape);
     world.bed->add(options.restored);
     return;
   }
@@ -142,10 +143,13 @@ void build_moving_soil(World& world, const Loaded& loaded, const BuildOptions& o
   try {
     double largest = 0;
     for (const dem::Sphere& s : block.bed->spheres()) largest = std::max(largest, s.r);
+    for (const dem::Clump& c : block.bed->clumps())
+      largest = std::max(largest, block.bed->clump_shapes()[c.shape].reach);
     const dem::MovingBedPlan plan = plan_of(soil);
     world.container_shift = block.container_shift;
     add_walls(world, loaded, options, dem::MovingBed::held_length(largest));
     follow_with(world, dem::MovingBed(dem::block_of(*block.bed, same_walls(block, world)), plan));
+    for (const dem::ClumpShape& shape : block.bed->clump_shapes()) world.bed->add_shape(shape);
     world.moving->window.fill(*world.bed);
     report_window(world, block);
   } catch (const std::invalid_argument& error) {

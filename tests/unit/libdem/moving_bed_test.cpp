@@ -48,13 +48,18 @@ struct StrawCover final : BedCover {
   void laid(const Laid&) override {}
 };
 
-/// Rained into a box without ends, on a floor.
-PeriodicBlock settled(const Law& law, BedCover* cover) {
+ClumpShape ballast() {
+  return clump_shape("ballast", {{{0, 0, 0}, 8e-3}, {{9e-3, 0, 0}, 7e-3}, {{3e-3, 8e-3, 2e-3}, 6e-3}}, 1800);
+}
+
+/// Rained into a box without ends, on a floor. @param clumps share of the grains
+PeriodicBlock settled(const Law& law, BedCover* cover, double clumps = 0) {
   BedOptions o = options();
   o.periodic.length.x = kPeriod;
   Bed bed(table(law), o);
   add_plane(bed, {0, 0, 0}, {0, 1, 0});
   RandomFill fill;
+  if (clumps > 0) fill.clumps = {clump_part(bed, bed.add_shape(ballast()), clumps)};
   fill.region = {{0, 0, 0}, {kPeriod, 0.3, kWide}};
   fill.radius = UniformRadius{0.008, 0.011};
   fill.of = {.density = 1800, .material = 0};
@@ -76,6 +81,11 @@ const PeriodicBlock& block_with_straw() {
     StrawCover straw;
     return settled(kStraw, &straw);
   }();
+  return made;
+}
+
+const PeriodicBlock& block_with_clumps() {
+  static const PeriodicBlock made = settled(kLaw, nullptr, 0.5);
   return made;
 }
 
@@ -114,6 +124,7 @@ Window window_of(const PeriodicBlock& block, const Law& law, int steps, const Be
            MovingBed(block, {.rear = rear, .step = step, .steps = steps, .direction = direction}),
            {},
            {}};
+  for (const ClumpShape& shape : block.shapes) w.bed.add_shape(shape);
   add_floor(w.bed);
   w.moving.fill(w.bed);
   return w;
@@ -418,6 +429,130 @@ TEST(MovingBed, SpheresPushedOverTheHeldOnesAreTakenOut) {
   EXPECT_LT(w.bed.max_overlap(), 0.1);
 }
 
+/// Half of the grains are clumps. They lie across the ends of the period and of the window, where they are held and
+/// released as a whole; a packing of them joins as one of spheres does (StepsNeedNotBePeriods, which argues the
+/// bounds).
+TEST(MovingBed, ClumpsLieAcrossItsEnds) {
+  const PeriodicBlock& of = block_with_clumps();
+  std::size_t across = 0;
+  for (const Clump& c : of.clumps)
+    for (std::uint32_t m = 0; m < 3; ++m) {
+      const double x = of.sphere(c.first_sphere + m).x.x - of.low;
+      across += x < 0 || x >= of.length ? 1 : 0;
+    }
+  EXPECT_GT(across, 5u);
+  for (const double step : {0.4 * kPeriod, 1.3 * kPeriod})
+    for (const int direction : {1, -1}) {
+      Window w = window_of(of, kLaw, 2, options(), direction, 0.5, step);
+      w.step(1, true);
+      w.start = w.bed.energy();
+      const std::size_t count = free_count(w.bed), clumps = w.bed.clumps().size();
+      EXPECT_GT(3 * clumps, count / 2);
+      const double mass = free_mass(w.bed);
+      double level = 0;
+      for (int k = 0; k < 10; ++k) {
+        w.moving.advance(w.bed, {});
+        w.step(50, true);
+        level = std::max(level, w.bed.energy().kinetic + w.bed.energy().rotational);
+        EXPECT_EQ(free_count(w.bed) + w.moving.left().spheres, count + w.moving.entered().spheres);
+        EXPECT_NEAR(free_mass(w.bed) + w.moving.left().mass, mass + w.moving.entered().mass, 1e-12 * mass);
+        EXPECT_NEAR(w.closure(), 0, 2e-6 * of.energy()) << step << k;
+      }
+      EXPECT_NEAR(static_cast<double>(w.bed.clumps().size()), static_cast<double>(clumps),
+                  0.2 * static_cast<double>(clumps));
+      EXPECT_LT(level, 1e-4 * of.energy());
+      for (const Sphere& s : w.bed.spheres()) {
+        EXPECT_LT(norm(s.x - w.moving.place_at_rest(s.id)), 1e-4);
+        EXPECT_EQ(s.kind == SphereKind::member, w.bed.clump_of(s) >= 0);
+      }
+    }
+}
+
+TEST(MovingBed, ClumpsUnderAToolAreBookedWithTheSameBits) {
+  const auto begin = [](int threads) {
+    Window w = window_of(block_with_clumps(), kLaw, 4, options(threads), 1, 0.5, kPeriod);
+    add_tool(w, 0.045, 3);
+    w.step(1, true);
+    w.start = w.bed.energy();
+    return w;
+  };
+  const auto momenta = [](const Bed& bed) {
+    Vec3 sum;
+    for (const Clump& c : bed.clumps()) sum += c.angular_momentum + c.position;
+    return sum;
+  };
+  Window one = begin(1), two = begin(2), first = begin(2);
+  const double mass = free_mass(one.bed);
+  const int half = static_cast<int>(1.1 * kPeriod / (3 * kStep));
+  one.pass(2 * half, true), two.pass(2 * half, true), first.pass(half, true);
+  EXPECT_EQ(one.moving.advanced(), 2);
+  EXPECT_GT(one.moving.left().kinetic, 0);
+  EXPECT_NEAR(free_mass(one.bed) + one.moving.left().mass, mass + one.moving.entered().mass, 1e-12 * mass);
+  EXPECT_NEAR(one.closure(), 0, 4e-3 * std::abs(one.bed.energy().boundary_work));
+  EXPECT_EQ(hash(one.bed), hash(two.bed));
+  EXPECT_EQ(momenta(one.bed), momenta(two.bed));
+  EXPECT_EQ(kept(one.moving), kept(two.moving));
+  Window second{Bed(table(kLaw), options()), MovingBed(first.moving.block(), first.moving.plan()), {}, {}};
+  for (const ClumpShape& shape : first.bed.clump_shapes()) second.bed.add_shape(shape);
+  add_floor(second.bed);
+  Boundary tool;
+  tool.shape = first.bed.boundary(first.tool.boundary).shape;
+  second.bed.add(std::move(tool));
+  second.tool = first.tool;
+  second.bed.restore(first.bed.save());
+  Archive moving = kept(first.moving).to_read();
+  second.moving.archive(moving);
+  moving.end();
+  second.pass(half, true);
+  EXPECT_EQ(hash(one.bed), hash(second.bed));
+  EXPECT_EQ(momenta(one.bed), momenta(second.bed));
+}
+
+const Law kCement = [] {
+  Linear law = grains(5e4, 0.4, 0.5, 0.05);
+  law.bond = {.kind = Bond::Kind::parallel, .modulus = 2e7, .tensile = 1e6, .shear = 1e6, .damping = 0.1};
+  return Law(law);
+}();
+
+/// All that touch are cemented, across the joints of blocks as within them: as many bonds as in so many periods, and
+/// those to the held spheres. None breaks, none forms twice, and no energy appears. The bed relaxes as one without
+/// bonds does (StepsNeedNotBePeriods).
+TEST(MovingBed, CementedBlocksJoin) {
+  const PeriodicBlock of = settled(kCement, nullptr);
+  const std::size_t bonds = of.state.bonds.size();
+  EXPECT_GT(bonds, of.size());
+  std::size_t across = 0;
+  for (const std::int64_t periods : of.bonds_across) across += periods != 0;
+  EXPECT_GT(across, 5u);
+  for (const int direction : {1, -1}) {
+    Window w = window_of(of, kCement, 3, options(), direction, 0.5, 0.4 * kPeriod);
+    w.bed.let_bonds_form();
+    w.step(1, true);
+    w.start = w.bed.energy();
+    const double periods = 3 * 0.4;
+    const std::size_t first = w.bed.bonded_pairs().size();
+    EXPECT_GT(static_cast<double>(first), 0.95 * periods * static_cast<double>(bonds));
+    EXPECT_LT(static_cast<double>(first), 1.4 * periods * static_cast<double>(bonds));
+    EXPECT_EQ(w.bed.bonds().formed, first);
+    double level = 0;
+    for (int k = 0; k < 10; ++k) {
+      w.moving.advance(w.bed, {});
+      w.step(50, true);
+      level = std::max(level, w.bed.energy().kinetic + w.bed.energy().rotational);
+      EXPECT_EQ(w.bed.bonds().broken(), 0u);
+      EXPECT_NEAR(w.closure(), 0, 2e-6 * of.energy()) << k;
+      const std::size_t now = w.bed.bonded_pairs().size();
+      EXPECT_NEAR(static_cast<double>(now), static_cast<double>(first), 0.1 * static_cast<double>(first));
+    }
+    EXPECT_LT(level, 1e-4 * of.energy());
+    for (const Sphere& s : w.bed.spheres()) EXPECT_LT(norm(s.x - w.moving.place_at_rest(s.id)), 1e-4);
+  }
+  Linear later = grains(5e4, 0.4, 0.5, 0.05);
+  later.bond = {
+      .kind = Bond::Kind::parallel, .modulus = 2e7, .tensile = 1e6, .shear = 1e6, .damping = 0.1, .time = 0.1};
+  EXPECT_NE(message_of([&] { settled(later, nullptr); }).find("leave `bond time` out"), std::string::npos);
+}
+
 /// Stalks lie across both ends. Those that come in bring their bonds, and none breaks or is missing: as many as in so
 /// many periods, and those to the fixed spheres. No energy appears.
 TEST(MovingBed, FibresLieAcrossItsEnds) {
@@ -487,8 +622,9 @@ TEST(MovingBed, FibresMoveAlikeOnAnyNumberOfThreads) {
 TEST(MovingBed, FaultsAreNamed) {
   PeriodicBlock shorter = block();
   shorter.length = 0.03;
-  EXPECT_NE(message_of([&] { MovingBed(shorter, {.rear = 0, .step = 0.2}); }).find("two of the largest diameters"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of([&] { MovingBed(shorter, {.rear = 0, .step = 0.2}); }).find("two diameters of the largest grain"),
+      std::string::npos);
   Bed bed(table(kLaw), options());
   EXPECT_NE(message_of([&] { block_of(bed, {}); }).find("periodic along x"), std::string::npos);
   Window w = window(2);
