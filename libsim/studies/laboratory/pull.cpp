@@ -56,7 +56,7 @@ Outcome Pull::run(const Sample& sample, std::size_t packing) const {
   specimen.cement();
   double weight = 0;
   for (const dem::Sphere& s : specimen.bed().spheres())
-    if (s.x.y > split) weight += s.m * sample.gravity;
+    if (specimen.height_of(s) > split) weight += s.m * sample.gravity;
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"tension", "Pa"}};
   const long steps = std::max(1L, std::lround(way / rows_of_pull / (v * specimen.dt())));

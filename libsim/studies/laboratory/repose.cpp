@@ -147,19 +147,30 @@ dem::TriangleMesh shell(double radius, double width) {
 }
 
 /// Loose grains inside the drum, from below, as many as fill its share once they lie.
-std::vector<dem::SphereSpec> loose_in_drum(const Sample& sample, double radius, double width, double share,
-                                           std::uint64_t seed) {
+dem::Grains loose_in_drum(const Sample& sample, double radius, double width, double share, std::uint64_t seed) {
   const double half = radius * std::cos(pi / drum_sides) - 0.6 * sample.diameter;
   dem::LoosePlacer placer({{-radius, -radius, 0}, {radius, radius, width}}, sample.sizes, sample.shares, seed,
-                          {sample.density, sample.grain});
+                          {sample.density, sample.grain}, sample.clumps);
   // Space enough for several times the drum; from it those inside are taken, from the lowest up.
-  std::vector<dem::SphereSpec> all = placer.place_volume(2 * radius * 2 * radius * width, -radius), in;
+  const dem::Grains all = placer.grains_of_volume(2 * radius * 2 * radius * width, -radius);
   const double wanted = 0.6 * share * pi * radius * radius * width;
+  dem::Grains in;
   double volume = 0;
-  for (const dem::SphereSpec& s : all) {
-    if (std::hypot(s.position.x, s.position.y) + s.radius - 0.5 * sample.diameter > half || volume > wanted) continue;
-    volume += dem::sphere_volume(s.radius);
-    in.push_back(s);
+  const auto is_inside = [&](const Vec3& at, double reach) {
+    return std::hypot(at.x, at.y) + reach - 0.5 * sample.diameter <= half && volume <= wanted;
+  };
+  auto sphere = all.spheres.begin();
+  auto clump = all.clumps.begin();
+  while (sphere != all.spheres.end() || clump != all.clumps.end()) {
+    if (clump == all.clumps.end() || (sphere != all.spheres.end() && sphere->position.y < clump->position.y)) {
+      if (is_inside(sphere->position, sphere->radius))
+        volume += dem::sphere_volume(sphere->radius), in.spheres.push_back(*sphere);
+      ++sphere;
+    } else {
+      const dem::ClumpShape& shape = sample.shapes[static_cast<std::size_t>(clump->shape)];
+      if (is_inside(clump->position, shape.reach)) volume += shape.volume, in.clumps.push_back(*clump);
+      ++clump;
+    }
   }
   return in;
 }
@@ -171,7 +182,7 @@ Outcome run_drum(const Repose& test, const Sample& sample, std::size_t packing) 
   const int drum = specimen.surface("drum", shell(radius, width), Wall::rough);
   specimen.plane("wall -z", {}, {0, 0, 1}, Wall::smooth);
   specimen.plane("wall +z", {0, 0, width}, {0, 0, -1}, Wall::smooth);
-  specimen.bed().add(loose_in_drum(sample, radius, width, test.share, sample.seed + packing));
+  dem::add(specimen.bed(), loose_in_drum(sample, radius, width, test.share, sample.seed + packing));
   specimen.rest();
   specimen.cement();
   const double period = 2 * pi / speed, begin = test.lead * period, end = begin + test.turns * period;

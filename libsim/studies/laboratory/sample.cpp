@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "libdem/packing/settle.hpp"
@@ -56,6 +57,27 @@ double mean_diameter(const dem::RadiusDistribution& sizes, dem::ShareOf shares) 
   return 2 * sum / draws;
 }
 
+/// Clumps of the bed, as parts of the grains.
+void add_clumps(Sample& sample, const Loaded& loaded, const SampleWords& words) {
+  for (const ClumpSection& c : words.shapes) {
+    try {
+      sample.shapes.push_back(clump_shape_of(c, c.density.value_or(sample.density)));
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(loaded.where("soil.clumps." + c.name) + ": " + error.what());
+    }
+  }
+  double spheres = 1, diameter = 0;
+  for (const ClumpShare& c : words.clumps) {
+    const auto shape = std::find_if(sample.shapes.begin(), sample.shapes.end(),
+                                    [&](const dem::ClumpShape& s) { return s.name == c.shape; });
+    sample.clumps.push_back({static_cast<int>(shape - sample.shapes.begin()), c.share, shape->reach, shape->volume});
+    spheres -= c.share, diameter += c.share * 2 * std::cbrt(shape->volume / dem::sphere_volume(1));
+  }
+  if (only_clumps(words.clumps))
+    sample.sizes = dem::EqualRadius{sample.shapes.front().members.front().radius}, spheres = 0;
+  sample.diameter = spheres * mean_diameter(sample.sizes, sample.shares) + diameter;
+}
+
 }  // namespace
 
 double Sample::fall_time() const { return std::sqrt(2 * diameter / gravity); }
@@ -70,7 +92,7 @@ Sample make_sample(const Loaded& loaded, const SampleWords& words) {
   sample.density = s.materials[static_cast<std::size_t>(sample.grain)].density;
   sample.sizes = sizes_of(words.radius);
   sample.shares = words.shares == ShareOf::mass ? dem::ShareOf::mass : dem::ShareOf::number;
-  sample.diameter = mean_diameter(sample.sizes, sample.shares);
+  add_clumps(sample, loaded, words);
   sample.gravity = -s.gravity.y;
   sample.safety = s.time.safety;
   sample.step = s.time.soil_step;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "libdem/laws/law_table.hpp"
+#include "libdem/packing/placement.hpp"
 #include "libdem/packing/sizes.hpp"
 #include "libsim/scenario/load.hpp"
 
@@ -18,8 +19,11 @@ struct Sample {
   double density = 0;                   ///< of a grain, kg/m3
   dem::RadiusDistribution sizes;
   dem::ShareOf shares = dem::ShareOf::number;
-  double diameter = 0;  ///< mean by number, m; lengths that a test leaves out are multiples of it
-  double gravity = 0;   ///< m/s2, along -y
+  std::vector<dem::ClumpShape> shapes;  ///< of clumps among the grains
+  std::vector<dem::ClumpPart> clumps;   ///< by index in `shapes`
+  double diameter =
+      0;  ///< mean by number, of clumps that of their volume, m; lengths that a test leaves out are multiples of it
+  double gravity = 0;  ///< m/s2, along -y
   double safety = 0.8;
   std::optional<double> step;  ///< s, given by the scenario
   std::string simd;

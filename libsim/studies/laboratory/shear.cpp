@@ -49,7 +49,7 @@ struct Rig {
   Vec3 across() {
     for (const dem::Sphere& s : specimen.bed().spheres()) {
       if (s.id >= above.size()) above.resize(s.id + 1);
-      above[s.id] = s.x.y > split;
+      above[s.id] = specimen.height_of(s) > split;
     }
     Vec3 sum{};
     for (const dem::ContactRecord& c : contacts)

@@ -34,9 +34,13 @@ double step_of(const Sample& sample, double speed) {
   const auto law = [&](int other) -> const dem::Law& {
     return sample.laws.laws[static_cast<std::size_t>(sample.laws.of(sample.grain, other))];
   };
-  const double limit = std::min({dem::stable_step(law(sample.grain), question).step,
-                                 dem::stable_step_at_surface(law(sample.wall), question).step,
-                                 dem::stable_step_at_surface(law(sample.smooth), question).step});
+  double limit = std::min({dem::stable_step(law(sample.grain), question).step,
+                           dem::stable_step_at_surface(law(sample.wall), question).step,
+                           dem::stable_step_at_surface(law(sample.smooth), question).step});
+  for (const dem::ClumpShape& shape : sample.shapes)
+    limit = std::min({limit, dem::stable_step(law(sample.grain), shape, question).step,
+                      dem::stable_step_at_surface(law(sample.wall), shape, question).step,
+                      dem::stable_step_at_surface(law(sample.smooth), shape, question).step});
   if (sample.step && *sample.step >= limit)
     throw std::invalid_argument(fmt::format(
         "`time.soil step` of {:.4g} s must be below the stable step {:.4g} s; use `auto`", *sample.step, limit));
@@ -46,7 +50,9 @@ double step_of(const Sample& sample, double speed) {
 }  // namespace
 
 Specimen::Specimen(const Sample& sample, double speed)
-    : sample_(sample), bed_(sample.laws, options_of(sample)), dt_(step_of(sample, speed)) {}
+    : sample_(sample), bed_(sample.laws, options_of(sample)), dt_(step_of(sample, speed)) {
+  for (const dem::ClumpShape& shape : sample.shapes) bed_.add_shape(shape);
+}
 
 int Specimen::plane(const std::string& name, const Vec3& point, const Vec3& normal, Wall wall) {
   dem::Boundary boundary;
@@ -91,6 +97,7 @@ dem::SettleReport Specimen::fill(const dem::Bounds& region, double depth, std::u
   fill.region = region;
   fill.radius = sample_.sizes;
   fill.shares = sample_.shares;
+  fill.clumps = sample_.clumps;
   fill.of = {sample_.density, sample_.grain};
   fill.seed = seed;
   fill.depth = depth;

@@ -48,6 +48,11 @@ class Specimen {
   /// Force of the grains on a surface at the last step, N.
   const Vec3& force(int boundary) const { return bed_.boundary(boundary).wrench.force; }
   double height(int boundary) const { return bed_.boundary(boundary).pose.position.y; }
+  /// Height of a grain's centre, m: of a clump that a sphere belongs to, else of the sphere.
+  double height_of(const dem::Sphere& s) const {
+    const long clump = bed_.clump_of(s);
+    return clump < 0 ? s.x.y : bed_.clumps()[static_cast<std::size_t>(clump)].position.y;
+  }
   double mass() const;  ///< of all grains, kg
   double top() const;   ///< of the highest grain, m
   double rms_speed() const;

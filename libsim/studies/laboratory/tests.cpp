@@ -15,19 +15,18 @@ namespace {
 
 /// What keeps a sample from being that of the scenario's bed.
 struct BedOfTests {
-  bool clumps = false;
   std::vector<std::string> layers{};  ///< their materials
-  bool own_radii = false;             ///< of layers
+  bool own_radii = false;             ///< of layers, or clumps among their grains
 };
 
 BedOfTests bed_of(const Scenario& s, const Places& places) {
   BedOfTests bed;
   if (!s.soil || !s.soil->bed) return bed;
-  bed.clumps = !s.soil->bed->clumps.empty();
   for (std::size_t k = 0; k < s.soil->bed->layers.size(); ++k) {
     const std::string& name = s.soil->bed->layers[k].material;
     if (std::find(bed.layers.begin(), bed.layers.end(), name) == bed.layers.end()) bed.layers.push_back(name);
-    bed.own_radii = bed.own_radii || places.contains(fmt::format("soil.bed.layers[{}].radius", k));
+    bed.own_radii = bed.own_radii || !s.soil->bed->layers[k].clumps.empty() ||
+                    places.contains(fmt::format("soil.bed.layers[{}].radius", k));
   }
   return bed;
 }
@@ -36,8 +35,11 @@ BedOfTests bed_of(const Scenario& s, const Places& places) {
 void take_bed(Scenario& s, SampleWords& words, const Places& places) {
   if (s.soil && s.soil->bed) {
     if (words.material.empty()) words.material = s.soil->bed->material;
-    if (!places.contains("test.radius") && places.contains("soil.bed.radius"))
-      words.radius = s.soil->bed->radius, words.shares = s.soil->bed->shares;
+    if (!places.contains("test.radius")) {
+      if (places.contains("soil.bed.radius")) words.radius = s.soil->bed->radius, words.shares = s.soil->bed->shares;
+      words.clumps = s.soil->bed->clumps;
+      if (!words.clumps.empty()) words.shapes = s.soil->clumps;
+    }
   }
   if (words.walls.empty() && s.soil && s.soil->container) words.walls = s.soil->container->material;
   Soil soil;
@@ -47,6 +49,7 @@ void take_bed(Scenario& s, SampleWords& words, const Places& places) {
   soil.bed.emplace().fill = Fill::random;
   soil.bed->material = words.material;
   soil.bed->radius = words.radius;
+  soil.bed->clumps = words.clumps, soil.clumps = words.shapes;
   s.soil = soil;
   s.boundaries.clear();
   s.machine.reset();
@@ -59,7 +62,7 @@ Places kept(const Places& places) {
   Places out;
   const Place top = places.at("");
   for (const auto& [path, place] : places)
-    for (const char* head : {"materials", "contacts", "test", "gravity", "time"})
+    for (const char* head : {"materials", "contacts", "test", "gravity", "time", "soil.clumps", "soil.bed.clumps"})
       if (path.starts_with(head)) out.emplace(path, place);
   out[""] = top;
   const auto radius = places.contains("test.radius") ? places.find("test.radius") : places.find("soil.bed.radius");
@@ -94,13 +97,9 @@ void check_tests(const LoadedTests& loaded, const BedOfTests& bed, Problems& pro
     refuse("test.material", "is missing: the material of the grains; the scenario has no bed to take it from");
   if (words.walls.empty())
     refuse("test.walls", "is missing: the material of the walls; the scenario has no container to take it from");
-  if (bed.clumps && !places.contains("test.radius"))
-    refuse("test.radius",
-           "is missing: tests take spheres, and the bed has clumps; give the radius of spheres, such as those of a "
-           "clump's volume");
-  else if (bed.own_radii && !places.contains("test.radius"))
-    refuse("test.radius", "is missing: radius of the grains, in m; the layers of the bed have radii of their own");
-  else if (!places.contains("soil.bed.radius"))
+  if (bed.own_radii && !places.contains("test.radius"))
+    refuse("test.radius", "is missing: radius of the grains, in m; the layers of the bed have grains of their own");
+  else if (!places.contains("soil.bed.radius") && !only_clumps(words.clumps))
     refuse("test.radius", "is missing: radius of the grains, in m; the scenario has no bed to take it from");
   std::vector<std::string> known;
   for (const Material& m : loaded.loaded.scenario.materials) known.push_back(m.name);

@@ -24,6 +24,8 @@ struct SampleWords {
   ShareOf shares = ShareOf::number;
   long seed = 1, packings = 3;
   double lowered = 0.1, at_most = 10;
+  std::vector<ClumpSection> shapes{};  ///< of the scenario, and how many of its bed's grains are of them
+  std::vector<ClumpShare> clumps{};
 
   template <class V>
   void describe(V& v) {

@@ -310,6 +310,35 @@ TEST(LaboratoryTest, WritesTableCurvesAndPictures) {
   EXPECT_EQ(head, "quantity,unit,mean,error,spread,packing 1,packing 2");
 }
 
+/// Half of the grains are balls of 8 mm, half of them pairs of two balls of 6 mm that share a lens,
+/// pi (4 r + d)(2 r - d)^2/12 (d apart): as many in a specimen, but for the draw, and lengths by their volume.
+TEST(LaboratoryTest, SpecimensHaveTheClumpsOfTheBed) {
+  const test::RunDirectory directory;
+  const LoadedTests loaded = load_tests(directory.scenario(R"(subsoil: 1
+materials: {grain: {density: 2600 kg/m^3}}
+contacts: [{between: [grain, grain], law: linear, k_n: 1 kN/m, restitution: 0.5, mu: 0.5}]
+soil:
+  clumps: {pair: {spheres: [{at: 0 0 0 mm, radius: 3 mm}, {at: 4 0 0 mm, radius: 3 mm}]}}
+  container: {size: 1 1 1 m, at: 0 0 0 m, material: grain}
+  bed: {fill: random, material: grain, radius: 4 mm, depth: 0.1 m, clumps: [{shape: pair, share: 0.5}]}
+test: {packings: 1}
+)"),
+                                        {});
+  const Sample sample = make_sample(loaded.loaded, loaded.tests.sample);
+  const double pair = 2 * dem::sphere_volume(3e-3) - std::numbers::pi * 16e-3 * 4e-6 / 12;
+  EXPECT_NEAR(sample.diameter, 0.5 * 8e-3 + 0.5 * 2 * std::cbrt(pair / dem::sphere_volume(1)), 1e-9);
+  Specimen specimen(sample, 0.1);
+  specimen.box(0.06, 0.06);
+  specimen.fill({{}, {0.06, 0.03, 0.06}}, 0.03, 1);
+  const std::size_t clumps = specimen.bed().clumps().size();
+  const std::size_t loose = specimen.bed().spheres().size() - 2 * clumps;
+  EXPECT_GT(clumps + loose, 150u);
+  EXPECT_NEAR(static_cast<double>(clumps) / static_cast<double>(clumps + loose), 0.5, 0.12) << "3 deviations of 150";
+  EXPECT_NEAR(specimen.mass(),
+              2600 * (static_cast<double>(loose) * dem::sphere_volume(4e-3) + static_cast<double>(clumps) * pair),
+              1e-9);
+}
+
 TEST(LaboratoryTest, RefusalsNamePlaceRuleAndCure) {
   const auto says = [](const std::string& text, const std::vector<std::string>& sets = {}) {
     const test::RunDirectory directory;
@@ -330,9 +359,7 @@ TEST(LaboratoryTest, RefusalsNamePlaceRuleAndCure) {
       "{size: 1 1 1 m, at: 0 0 0 m, material: grain}, bed: {fill: random, material: grain, radius: 4 mm, depth: 0.1 m, "
       "clumps: "
       "[{shape: pair, share: 0.5}]}}\n";
-  EXPECT_EQ(says(bed + "test: {packings: 2}\n"),
-            "case.yaml:5:7 test.radius: is missing: tests take spheres, and the bed has clumps; give the radius of "
-            "spheres, such as those of a clump's volume");
+  EXPECT_EQ(says(bed + "test: {packings: 2}\n"), "accepted");
   EXPECT_EQ(says(bed + "test: {packings: 2, radius: 4 mm}\n"), "accepted");
   EXPECT_EQ(says(head + "test: {material: grain, walls: grian, radius: 5 mm}\n"),
             "case.yaml:4:32 test.walls = grian: there is no material of this name; did you mean `grain`?");
@@ -344,7 +371,7 @@ TEST(LaboratoryTest, RefusalsNamePlaceRuleAndCure) {
             "case.yaml:5:7 test.material: is missing: the material of the grains; the bed has layers, name one of "
             "theirs: grain");
   EXPECT_EQ(says(layers + "test: {material: grain}\n"),
-            "case.yaml:5:7 test.radius: is missing: radius of the grains, in m; the layers of the bed have radii of "
+            "case.yaml:5:7 test.radius: is missing: radius of the grains, in m; the layers of the bed have grains of "
             "their own");
   EXPECT_EQ(says(layers + "test: {material: grain, radius: 4 mm}\n"), "accepted");
   const std::string fine = head + "test: {material: grain, walls: grain, radius: 5 mm}\n";
