@@ -13,6 +13,7 @@ struct BedLayer {
   RadiusDistribution radius = EqualRadius{};
   ShareOf shares = ShareOf::number;
   BedMaterial of;
+  std::vector<ClumpPart> clumps{};  ///< among its grains; of a random fill
 };
 
 /// A layer that is placed on a lattice of its own.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 
@@ -50,15 +51,29 @@ double solid_fraction(const Bed& bed, const Bounds& region, std::uint32_t first,
   return volume / (area * (surface_height(bed.spheres(), region).mean - below));
 }
 
+/// Share of the missing height by which the surface rises at least under grains that fill it.
+constexpr double kRises = 0.1;
+
+[[noreturn]] void refuse_to_pile_up(std::size_t grains, double risen, double missing) {
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "random bed: %zu grains rained into the region and raised the surface there by %.3g mm of %.3g mm: they "
+      "roll or fall out of it; make `region` as wide as the container, begin it at the floor, or give `count` in place "
+      "of a depth",
+      grains, 1e3 * risen, 1e3 * missing);
+  throw std::invalid_argument(text);
+}
+
 /// Rains spheres until they lie as high as the layer goes, and a diameter more for the shrinking under attraction and
 /// the levelling.
 void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedLayer& layer, std::uint64_t seed,
-                const std::vector<ClumpPart>& clumps, Settler& settler) {
-  LoosePlacer placer(region, layer.radius, layer.shares, seed, layer.of, clumps);
+                Settler& settler) {
+  LoosePlacer placer(region, layer.radius, layer.shares, seed, layer.of, layer.clumps);
   const Vec3 size = region.high - region.low;
   const double area = size.x * size.z, floor = region.low.y;
   double diameter = least_radius(layer.radius) + largest_radius(layer.radius);
-  for (const ClumpPart& part : clumps) diameter = std::max(diameter, 2 * part.reach);
+  for (const ClumpPart& part : layer.clumps) diameter = std::max(diameter, 2 * part.reach);
   const int law = laws.of(layer.of.material, layer.of.material);
   const double overlap = law < 0 ? 0 : laws.laws[static_cast<std::size_t>(law)]->rest_overlap();
   // Loose random packing, 0.60 of solid; spheres that rest with an overlap stand as close as smaller ones.
@@ -81,6 +96,8 @@ void rain_layer(Bed& bed, const LawTable& laws, const Bounds& region, const BedL
     const Grains grains = placer.grains_of_volume(fraction * area * missing, top);
     if (!settler.waits()) add(bed, grains);
     settler.rain();
+    const double risen = settler.measured(surface) - (floor + layer.top + diameter - missing);
+    if (risen < kRises * missing && !settler.stopped()) refuse_to_pile_up(grains.count(), risen, missing);
     fraction = settler.measured([&] { return solid_fraction(bed, region, first, below, area); });
   }
 }
@@ -106,7 +123,7 @@ class LayeredRain {
     for (int n = 0; n < kRefills && !settler_.stopped(); ++n) {
       if (n + again > 0 && plan_.staged) settler_.soften();
       rain_layer(bed_, laws_, fill_.region, room,
-                 fill_.seed + k + 1000 * static_cast<std::uint64_t>(n + kRefills * again), fill_.clumps, settler_);
+                 fill_.seed + k + 1000 * static_cast<std::uint64_t>(n + kRefills * again), settler_);
       const bool last = k + 1 == layers.size();
       if (plan_.staged && (last || plan_.compaction.load != nullptr)) settler_.raise();
       if (last) settler_.finish();
@@ -132,10 +149,10 @@ class LayeredRain {
 void check_layers(const std::vector<BedLayer>& layers) {
   double below = 0;
   for (const BedLayer& layer : layers) {
-    if (!(layer.top - below >= 2 * largest_radius(layer.radius)))
+    if (!(layer.top - below >= 2 * largest_reach(layer.radius, layer.clumps)))
       throw std::invalid_argument(layers.size() == 1
-                                      ? "random bed: the depth must be at least a sphere's diameter"
-                                      : "random bed: each layer must be at least a sphere's diameter thick");
+                                      ? "random bed: the depth must be at least a grain's diameter"
+                                      : "random bed: each layer must be at least a grain's diameter thick");
     below = layer.top;
   }
 }
@@ -146,7 +163,8 @@ SettleReport fill_at_random(Bed& bed, const LawTable& laws, const RandomFill& fi
   if (fill.count.has_value() + fill.depth.has_value() + !fill.layers.empty() != 1)
     throw std::invalid_argument("random bed: give either the number of spheres, the depth to fill, or layers");
   std::vector<BedLayer> layers = fill.layers;
-  if (fill.depth) layers = {{.top = *fill.depth, .radius = fill.radius, .shares = fill.shares, .of = fill.of}};
+  if (fill.depth)
+    layers = {{.top = *fill.depth, .radius = fill.radius, .shares = fill.shares, .of = fill.of, .clumps = fill.clumps}};
   check_layers(layers);
   Settler settler(bed, laws, plan, fill.region);
   plan.staged ? settler.soften() : settler.harden();

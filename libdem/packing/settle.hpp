@@ -150,7 +150,7 @@ struct RandomFill {
   ShareOf shares = ShareOf::number;
   BedMaterial of;
   std::uint64_t seed = 1;
-  std::vector<ClumpPart> clumps{};  ///< among the grains; not with layers
+  std::vector<ClumpPart> clumps{};  ///< among the grains; those of layers stand there
   std::optional<std::size_t> count;
   std::optional<double> depth;  ///< m, of the mean surface over the region's floor after settling
   /// From below, in place of radius, shares, of, count and depth; the highest ends at the depth.

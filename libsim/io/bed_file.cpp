@@ -192,6 +192,12 @@ void save_hdf5(const std::filesystem::path& path, const BedTable& bed) {
   file.put_vectors("bed/velocity", bed.velocity);
   file.put_vectors("bed/spin", bed.spin);
   if (bed.surface) file.put("bed/surface", *bed.surface);
+  if (!bed.clumps.empty()) {
+    std::vector<BedClump> clumps = bed.clumps;
+    Archive archive;
+    archive("clumps", clumps);
+    file.put("bed/clumps", archive);
+  }
   file.commit();
 }
 
@@ -206,6 +212,11 @@ BedTable bed_in(const StateReader& file) {
                file.get_vectors("bed/spin"),
                {}};
   if (file.has("bed/surface")) bed.surface = file.value<double>("bed/surface");
+  if (file.has("bed/clumps")) {
+    Archive archive = file.archive("bed/clumps");
+    archive("clumps", bed.clumps);
+    archive.end();
+  }
   std::vector<std::string> names(1);
   for (const char c : file.text("bed/material names"))
     if (c == '\n')

@@ -7,10 +7,24 @@
 #include <string_view>
 #include <vector>
 
+#include "libdem/base/archive.hpp"
 #include "libdem/base/vec3.hpp"
 
 /// Beds kept between runs, and particle lists that a user writes by hand or by script.
 namespace subsoil::sim {
+
+/// A clump of a saved bed: its shape by name, and where it is.
+struct BedClump {
+  std::string shape;
+  std::int64_t first = 0;    ///< id of its first sphere in the table; the others follow
+  dem::Vec3 position;        ///< of the centre of mass, m
+  dem::Quaternion attitude;  ///< principal axes to world axes
+  dem::Vec3 velocity, spin;  ///< m/s, rad/s
+  void archive(Archive& a) {
+    a("shape", shape)("first", first)("position", position)("attitude", attitude);
+    a("velocity", velocity)("spin", spin);
+  }
+};
 
 struct BedTable {
   std::vector<std::int64_t> id;
@@ -22,6 +36,7 @@ struct BedTable {
   /// m, height of the mean surface to which bed and container were shifted (`soil.surface`) by the run that saved it.
   /// Positions are those before: the bed lies on the floor of its container.
   std::optional<double> surface{};
+  std::vector<BedClump> clumps{};  ///< in rising id of their spheres, which stand in the table, too; not in a CSV
 
   std::size_t size() const { return id.size(); }
 };

@@ -158,8 +158,11 @@ std::vector<dem::BedLayer> SoilBuilder::layers() const {
   for (const Layer& l : bed().layers) {
     const auto* own = std::get_if<EqualRadius>(&l.radius);
     const RadiusDistribution& radius = own != nullptr && std::isnan(own->radius) ? bed().radius : l.radius;
-    out.push_back(
-        {.top = top, .radius = sizes_of(radius), .shares = shares_of(bed().shares), .of = material_of(l.material)});
+    out.push_back({.top = top,
+                   .radius = sizes_among(l.clumps, radius),
+                   .shares = shares_of(bed().shares),
+                   .of = material_of(l.material),
+                   .clumps = parts_of(l.clumps, loaded_.scenario, *world_.bed)});
     top -= l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(0);
   }
   std::reverse(out.begin(), out.end());
@@ -181,6 +184,9 @@ double SoilBuilder::density_of(const ClumpSection& clump) const {
   std::vector<std::string> materials;
   const Soil& soil = *loaded_.scenario.soil;
   if (has_bed() && (names(bed().clumps) || names(bed().placed))) materials.push_back(bed().material);
+  if (has_bed())
+    for (const Layer& l : bed().layers)
+      if (names(l.clumps)) materials.push_back(l.material);
   for (const InletSection& i : soil.inlets)
     if (names(clumps_of(i, soil.bed))) materials.push_back(sim::material_of(i, soil.bed));
   double density = 0;
@@ -195,21 +201,25 @@ double SoilBuilder::density_of(const ClumpSection& clump) const {
   return density > 0 || !has_bed() || bed().material.empty() ? density : material().density;
 }
 
+dem::ClumpShape clump_shape_of(const ClumpSection& c, double density) {
+  std::vector<dem::ClumpMember> members;
+  for (const ClumpSphere& s : c.spheres) members.push_back({c.scale * s.at, c.scale * s.radius});
+  std::optional<dem::GivenMass> given;
+  if (c.mass) given = dem::GivenMass{.mass = *c.mass, .centre = c.centre, .inertia = {}};
+  if (c.mass && c.inertia) {
+    const Vec3 &j = *c.inertia, p = c.products.value_or(Vec3{});
+    given->inertia = dem::SquareMatrix<3>{{{j.x, p.x, p.z}, {p.x, j.y, p.y}, {p.z, p.y, j.z}}};
+  }
+  return dem::clump_shape(c.name, members, density, given);
+}
+
 void SoilBuilder::add_shapes() {
   if (!loaded_.scenario.soil) return;
   for (const ClumpSection& c : loaded_.scenario.soil->clumps) {
-    std::vector<dem::ClumpMember> members;
-    for (const ClumpSphere& s : c.spheres) members.push_back({c.scale * s.at, c.scale * s.radius});
-    std::optional<dem::GivenMass> given;
-    if (c.mass) given = dem::GivenMass{.mass = *c.mass, .centre = c.centre, .inertia = {}};
-    if (c.mass && c.inertia) {
-      const Vec3 &j = *c.inertia, p = c.products.value_or(Vec3{});
-      given->inertia = dem::SquareMatrix<3>{{{j.x, p.x, p.z}, {p.x, j.y, p.y}, {p.z, p.y, j.z}}};
-    }
     try {
       const double density = c.mass ? 0 : density_of(c);
       if (!c.mass && !(density > 0)) throw std::invalid_argument("needs `density`: the bed has no material of its own");
-      world_.bed->add_shape(dem::clump_shape(c.name, members, density, given));
+      world_.bed->add_shape(clump_shape_of(c, density));
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(loaded_.where("soil.clumps." + c.name) + ": " + error.what());
     }
@@ -234,23 +244,34 @@ std::vector<dem::ClumpPart> parts_of(const std::vector<ClumpShare>& clumps, cons
 
 std::vector<dem::ClumpPart> SoilBuilder::parts() const { return parts_of(bed().clumps, loaded_.scenario, *world_.bed); }
 
-/// Of the spheres among the grains; where there are none, whatever the clumps are made of.
-dem::RadiusDistribution SoilBuilder::sizes() const {
-  if (!only_clumps(bed().clumps)) return sizes_of(bed().radius);
+/// Where there are no spheres, whatever the clumps are made of.
+dem::RadiusDistribution SoilBuilder::sizes_among(const std::vector<ClumpShare>& clumps,
+                                                 const RadiusDistribution& radius) const {
+  if (!only_clumps(clumps)) return sizes_of(radius);
   return dem::EqualRadius{world_.bed->clump_shapes().front().members.front().radius};
 }
+dem::RadiusDistribution SoilBuilder::sizes() const { return sizes_among(bed().clumps, bed().radius); }
 
-double SoilBuilder::radius_of_mean_grain() const {
-  const double sphere = dem::radius_of_mean_volume(sizes(), shares_of(bed().shares));
+namespace {
+
+double radius_of_mean_grain(const dem::RadiusDistribution& sizes, dem::ShareOf shares,
+                            const std::vector<dem::ClumpPart>& clumps) {
+  const double sphere = dem::radius_of_mean_volume(sizes, shares);
+  if (clumps.empty()) return sphere;
   double volume = dem::sphere_volume(sphere);
-  if (!has_clumps()) return sphere;
-  for (const dem::ClumpPart& part : parts()) volume += part.share * (part.volume - dem::sphere_volume(sphere));
+  for (const dem::ClumpPart& part : clumps) volume += part.share * (part.volume - dem::sphere_volume(sphere));
   return std::cbrt(volume / dem::sphere_volume(1));
 }
 
-double SoilBuilder::spheres_per_grain() const {
+}  // namespace
+
+double SoilBuilder::radius_of_mean_grain() const {
+  return sim::radius_of_mean_grain(sizes(), shares_of(bed().shares), parts());
+}
+
+double SoilBuilder::spheres_per_grain(const std::vector<dem::ClumpPart>& clumps) const {
   double number = 1;
-  for (const dem::ClumpPart& part : parts()) {
+  for (const dem::ClumpPart& part : clumps) {
     const auto& members = world_.bed->clump_shapes()[static_cast<std::size_t>(part.shape)].members;
     number += part.share * (static_cast<double>(members.size()) - 1);
   }
@@ -285,25 +306,30 @@ double SoilBuilder::expected_grains() const {
     }
     if (alone + static_cast<long>(world_.bed->clumps().size()) == *bed().count)
       return static_cast<double>(alone + members);
-    return spheres_per_grain() * static_cast<double>(*bed().count);
+    return spheres_per_grain(parts()) * static_cast<double>(*bed().count);
   }
   const dem::Bounds box = region();
   if (!layered()) {
     const double denser = has_clumps() ? 1 : dem::denser_than_equal(sizes(), shares_of(bed().shares));
-    return denser * spheres_per_grain() *
-           poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y), 2, radius_of_mean_grain(),
-                  rest_overlap(material().material, material().material));
+    return denser * spheres_per_grain(parts()) *
+           poured(box, periodic_region(), bed().depth.value_or(box.high.y - box.low.y) + below_region(), 2,
+                  radius_of_mean_grain(), rest_overlap(material().material, material().material));
   }
-  double sum = 0, below = 0;
-  const std::vector<dem::BedLayer> all = layers();
-  for (const dem::BedLayer& l : all) {
-    const int ends = (&l == &all.front() ? 1 : 0) + (&l == &all.back() ? 1 : 0);
-    sum += dem::denser_than_equal(l.radius, l.shares) * poured(box, periodic_region(), l.top - below, ends,
-                                                               dem::radius_of_mean_volume(l.radius, l.shares),
-                                                               rest_overlap(l.of.material, l.of.material));
-    below = l.top;
-  }
+  double sum = 0;
+  for (const dem::BedLayer& l : layers()) sum += spheres_per_grain(l.clumps) * expected_grains(l);
   return sum;
+}
+
+double SoilBuilder::expected_grains(const dem::BedLayer& layer) const {
+  const std::vector<dem::BedLayer> all = layers();
+  double below = 0;
+  for (const dem::BedLayer& l : all)
+    if (l.top < layer.top) below = l.top;
+  const int ends = (below == 0 ? 1 : 0) + (layer.top == all.back().top ? 1 : 0);
+  return (layer.clumps.empty() ? dem::denser_than_equal(layer.radius, layer.shares) : 1) *
+         poured(region(), periodic_region(), layer.top - below + (below == 0 ? below_region() : 0), ends,
+                sim::radius_of_mean_grain(layer.radius, layer.shares, layer.clumps),
+                rest_overlap(layer.of.material, layer.of.material));
 }
 
 /// Lengths of which one has the wrong unit ask for more spheres than a computer holds.

@@ -8,6 +8,8 @@
 
 namespace subsoil::sim {
 
+/// Throws std::invalid_argument. @param density of its matter, kg/m3, where the section gives no mass
+dem::ClumpShape clump_shape_of(const ClumpSection& clump, double density);
 dem::ShareOf shares_of(ShareOf s);
 /// A distribution of the scenario as the bed takes it.
 dem::RadiusDistribution sizes_of(const RadiusDistribution& sizes);
@@ -69,20 +71,26 @@ class SoilBuilder {
   void raise_walls(double height);
   void extend_layers();
   double expected_grains() const;
-  bool has_clumps() const { return has_bed() && !bed().clumps.empty(); }
+  double expected_grains(const dem::BedLayer& layer) const;
+  bool has_clumps() const { return has_bed() && any_clumps(bed()); }
   dem::RadiusDistribution sizes() const;
+  dem::RadiusDistribution sizes_among(const std::vector<ClumpShare>& clumps, const RadiusDistribution& radius) const;
   double radius_of_mean_grain() const;
-  double spheres_per_grain() const;
+  double spheres_per_grain(const std::vector<dem::ClumpPart>& clumps) const;
   std::vector<dem::ClumpPart> parts() const;
   void name_fixed();
   void place_made();
   void refuse_too_deep() const;
   void refuse_too_many() const;
   dem::RandomFill random_fill() const;
+  dem::RandomFill from_floor(dem::RandomFill fill) const;
+  double below_region() const;
   dem::LatticePlan lattice_plan(double pitch, bool around = true) const;
   double rest_overlap(int a, int b) const;
   std::vector<dem::SphereSpec> listed() const;
-  std::vector<dem::SphereSpec> from_file();
+  struct SavedGrains;
+  SavedGrains from_file();
+  void place_saved(const SavedGrains& saved);
   void refuse_idle_material(const BedTable& table) const;
   int material_of(const BedTable& table, std::size_t row) const;
   void save() const;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -146,30 +147,106 @@ std::vector<dem::SphereSpec> SoilBuilder::listed() const {
 }
 
 /// In ascending id of the file: the bed numbers its spheres in this order, so a saved bed keeps its numbers.
-std::vector<dem::SphereSpec> SoilBuilder::from_file() {
+struct SoilBuilder::SavedGrains {
+  std::vector<dem::SphereSpec> spheres;  ///< loose ones
+  std::vector<dem::ClumpSpec> clumps;
+  std::vector<std::size_t> before;  ///< how many of the loose spheres come before each clump
+};
+
+namespace {
+
+/// Rows of a table by rising id.
+class RowsById {
+ public:
+  explicit RowsById(const BedTable& table) : table_(table), order_(table.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return table.id[a] < table.id[b]; });
+  }
+  auto begin() const { return order_.begin(); }
+  auto end() const { return order_.end(); }
+  std::optional<std::size_t> row_of(std::int64_t id) const {
+    const auto at = std::lower_bound(order_.begin(), order_.end(), id,
+                                     [&](std::size_t row, std::int64_t i) { return table_.id[row] < i; });
+    return at != order_.end() && table_.id[*at] == id ? std::optional(*at) : std::nullopt;
+  }
+
+ private:
+  const BedTable& table_;
+  std::vector<std::size_t> order_;
+};
+
+/// The scenario's shape of a saved clump; its spheres must be those of the file.
+int shape_of_saved(const BedClump& clump, const BedTable& table, const RowsById& rows,
+                   const std::vector<dem::ClumpShape>& shapes) {
+  const auto shape = std::find_if(shapes.begin(), shapes.end(), [&](const auto& s) { return s.name == clump.shape; });
+  if (shape == shapes.end())
+    throw std::invalid_argument(
+        fmt::format("holds clumps of the shape `{}`; describe it in `soil.clumps`, as the scenario did that saved it",
+                    clump.shape));
+  double mass = 0;
+  for (std::size_t m = 0; m < shape->members.size(); ++m) {
+    const auto row = rows.row_of(clump.first + static_cast<std::int64_t>(m));
+    if (!row || std::abs(table.radius[*row] / shape->members[m].radius - 1) > 1e-9)
+      throw std::invalid_argument(
+          fmt::format("holds clumps of the shape `{}` with other spheres than those of `soil.clumps.{}`; take the "
+                      "shape that it was "
+                      "saved with",
+                      clump.shape, clump.shape));
+    mass += table.density[*row] * dem::sphere_volume(table.radius[*row]);
+  }
+  if (std::abs(mass / shape->mass - 1) > 1e-9)
+    throw std::invalid_argument(
+        fmt::format("holds clumps of the shape `{}` of {:.6g} kg, and here they have {:.6g} kg; give `soil.clumps.{}` "
+                    "the `density` or "
+                    "`mass` that it was saved with",
+                    clump.shape, mass, shape->mass, clump.shape));
+  return static_cast<int>(shape - shapes.begin());
+}
+
+}  // namespace
+
+SoilBuilder::SavedGrains SoilBuilder::from_file() {
   const BedTable table = load_bed(bed().file, [](std::string_view unit, std::string_view si) {
     return unit.empty() || unit == si ? 1.0 : parse_quantity("1 " + std::string(unit), std::string(si));
   });
   if (table.size() == 0) throw std::invalid_argument(bed().file + ": holds no sphere");
   const auto& container = loaded_.scenario.soil->container;
   if (container && !container->periodic[1] && acts_down(loaded_.scenario.gravity)) datum_of_file_ = table.surface;
-  std::vector<std::size_t> order(table.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return table.id[a] < table.id[b]; });
-  std::vector<dem::SphereSpec> out;
-  out.reserve(table.size());
-  for (const std::size_t i : order) {
+  if (!table.clumps.empty() && layered())
+    throw std::invalid_argument(bed().file + ": holds clumps, which `layers` do not take; give the bed one material");
+  const RowsById rows(table);
+  SavedGrains out;
+  std::vector<int> member(table.size(), 0);         // whether the row is of a clump
+  std::map<std::int64_t, dem::ClumpSpec> clump_of;  // by its first sphere
+  try {
+    const std::vector<dem::ClumpShape>& shapes = world_.bed->clump_shapes();
+    for (const BedClump& c : table.clumps) {
+      const int shape = shape_of_saved(c, table, rows, shapes);
+      clump_of[c.first] = {shape,      c.position, c.attitude,
+                           c.velocity, c.spin,     material_of(table, *rows.row_of(c.first))};
+      for (std::size_t m = 0; m < shapes[static_cast<std::size_t>(shape)].members.size(); ++m)
+        member[*rows.row_of(c.first + static_cast<std::int64_t>(m))] = 1;
+    }
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(bed().file + ": " + error.what());
+  }
+  std::vector<std::size_t> order;  // of the loose ones
+  for (const std::size_t i : rows) {
+    if (const auto clump = clump_of.find(table.id[i]); clump != clump_of.end())
+      out.clumps.push_back(clump->second), out.before.push_back(out.spheres.size());
+    if (member[i] != 0) continue;
     const int m = material_of(table, i);
     const double density = std::isnan(table.density[i])
                                ? loaded_.scenario.materials[static_cast<std::size_t>(m)].density
                                : table.density[i];
-    out.push_back({table.position[i], table.velocity[i], table.spin[i], table.radius[i], density, m});
+    out.spheres.push_back({table.position[i], table.velocity[i], table.spin[i], table.radius[i], density, m});
+    order.push_back(i);
   }
   refuse_idle_material(table);
-  if (const auto twice = find_coincident(out))
+  if (const auto twice = find_coincident(out.spheres))
     throw std::invalid_argument(fmt::format("{}: spheres {} and {} {}", bed().file, table.id[order[twice->first]],
                                             table.id[order[twice->second]],
-                                            coincident_words(out[twice->first].position)));
+                                            coincident_words(out.spheres[twice->first].position)));
   return out;
 }
 
@@ -257,6 +334,17 @@ void SoilBuilder::place_clumps() {
   world_.bed->add(out);
 }
 
+void SoilBuilder::place_saved(const SavedGrains& saved) {
+  const std::span<const dem::SphereSpec> spheres(saved.spheres);
+  std::size_t placed = 0;
+  for (std::size_t k = 0; k < saved.clumps.size(); ++k) {
+    world_.bed->add(spheres.subspan(placed, saved.before[k] - placed));
+    placed = saved.before[k];
+    world_.bed->add(std::span(&saved.clumps[k], 1));
+  }
+  world_.bed->add(spheres.subspan(placed));
+}
+
 void SoilBuilder::place_made() {
   const Fill fill = bed().fill;
   refuse_too_many();
@@ -266,8 +354,12 @@ void SoilBuilder::place_made() {
   }
   if (fill == Fill::random) {
     if (!options_.settle) place_stand_in();
-  } else if (fill == Fill::particles || fill == Fill::file) {
-    std::vector<dem::SphereSpec> spheres = fill == Fill::particles ? listed() : from_file();
+  } else if (fill == Fill::file) {
+    SavedGrains saved = from_file();
+    if (layered()) assign_layers(saved.spheres);
+    place_saved(saved);
+  } else if (fill == Fill::particles) {
+    std::vector<dem::SphereSpec> spheres = listed();
     if (layered()) assign_layers(spheres);
     world_.bed->add(spheres);
     place_clumps();
@@ -329,6 +421,14 @@ void SoilBuilder::clear_stones() {
 /// `check` only looks: a lattice at rest distance of spheres of mean volume has about the spheres and contacts of a
 /// random bed.
 void SoilBuilder::place_stand_in() {
+  if (layered() && has_clumps()) {
+    for (const dem::BedLayer& l : layers()) {
+      dem::LoosePlacer placer(region(), l.radius, l.shares, static_cast<std::uint64_t>(bed().seed), l.of, l.clumps);
+      const double top = dem::highest_top(world_.bed->spheres(), region().low.y);
+      dem::add(*world_.bed, placer.grains(static_cast<std::size_t>(std::ceil(expected_grains(l))), top));
+    }
+    return;
+  }
   if (layered()) {
     std::vector<dem::BedLayer> alike = layers();
     for (dem::BedLayer& l : alike) l.radius = dem::EqualRadius{dem::radius_of_mean_volume(l.radius, l.shares)};
@@ -337,7 +437,7 @@ void SoilBuilder::place_stand_in() {
     return;
   }
   if (has_clumps()) {
-    const auto grains = static_cast<std::size_t>(std::ceil(expected_grains() / spheres_per_grain()));
+    const auto grains = static_cast<std::size_t>(std::ceil(expected_grains() / spheres_per_grain(parts())));
     dem::LoosePlacer placer(region(), sizes(), shares_of(bed().shares), static_cast<std::uint64_t>(bed().seed),
                             material(), parts());
     return dem::add(*world_.bed, placer.grains(grains, region().low.y));

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
+#include "libdem/particles/rigid_rotation.hpp"
 #include "libsim/scenario/gravity.hpp"
 #include "libsim/setup/bed_profile.hpp"
 #include "libsim/setup/compaction_plate.hpp"
@@ -28,7 +30,7 @@ dem::RandomFill SoilBuilder::random_fill() const {
   fill.seed = static_cast<std::uint64_t>(bed().seed);
   if (layered()) {
     fill.layers = layers();
-    return fill;
+    return from_floor(std::move(fill));
   }
   fill.radius = sizes();
   fill.clumps = parts();
@@ -37,6 +39,25 @@ dem::RandomFill SoilBuilder::random_fill() const {
   if (bed().count) fill.count = static_cast<std::size_t>(*bed().count);
   fill.depth = bed().depth;
   if (!fill.count && !fill.depth) fill.depth = fill.region.high.y - fill.region.low.y;
+  return from_floor(std::move(fill));
+}
+
+/// What is poured to a depth into a region as wide as the container fills that from its floor on: so far below, m.
+double SoilBuilder::below_region() const {
+  const auto& container = loaded_.scenario.soil->container;
+  if (!container || bed().fill != Fill::random || bed().count) return 0;
+  const dem::Bounds box = region();
+  const auto spans = [&](int d) {
+    return box.low[d] <= container->at[d] && box.high[d] >= container->at[d] + container->size[d];
+  };
+  return spans(0) && spans(2) ? std::max(0.0, box.low.y - container->at.y) : 0;
+}
+
+dem::RandomFill SoilBuilder::from_floor(dem::RandomFill fill) const {
+  const double below = below_region();
+  fill.region.low.y -= below;
+  if (fill.depth) *fill.depth += below;
+  for (dem::BedLayer& layer : fill.layers) layer.top += below;
   return fill;
 }
 
@@ -99,6 +120,15 @@ void SoilBuilder::save() const {
     table.velocity.push_back(s.v);
     table.spin.push_back(s.w);
   }
+  for (const dem::Clump& c : world_.bed->clumps()) {
+    const dem::ClumpShape& shape = world_.bed->clump_shapes()[c.shape];
+    table.clumps.push_back({.shape = shape.name,
+                            .first = c.first_sphere,
+                            .position = world_.bed->options().periodic.wrapped(c.position),
+                            .attitude = c.attitude,
+                            .velocity = c.velocity,
+                            .spin = dem::angular_velocity_of(c.attitude, shape.inertia, c.angular_momentum)});
+  }
   table.surface = datum();
   save_bed(bed().save, table);
 }
@@ -125,8 +155,12 @@ void SoilBuilder::finish() {
   if (!loaded_.scenario.soil) return;
   dem::Bed& bed = *world_.bed;
   const bool has_spheres = !bed.spheres().empty();
-  if (has_spheres && has_bed() && options_.place_soil && this->bed().rough_floor && !world_.soil.stopped)
-    fix_rough_floor();
+  if (has_spheres && has_bed() && options_.place_soil && !world_.soil.stopped) {
+    // Before box and bed move together to the datum, so that a run with this container finds the bed on its floor; and
+    // before its clumps fall apart into a rough floor.
+    if (options_.settle) save();
+    if (this->bed().rough_floor) fix_rough_floor();
+  }
   if (has_spheres) {
     const dem::BedReport r = dem::report(bed, measured(), world_.soil.fibres_from);
     world_.soil.spheres = r.spheres, world_.soil.clumps = bed.clumps().size();
@@ -143,8 +177,6 @@ void SoilBuilder::finish() {
         world_.soil.layers.emplace_back(this->bed().layers[k].material, layers[layers.size() - 1 - k]);
     }
   }
-  // Before box and bed move together to the datum, so that a run with this container finds the bed on its floor.
-  if (has_bed() && has_spheres && options_.settle && options_.place_soil && !world_.soil.stopped) save();
   if (const std::optional<double> surface = datum(); surface && has_spheres && options_.place_soil) {
     world_.container_shift = *surface - world_.soil.surface_mean;
     bed.shift({0, world_.container_shift, 0});

@@ -207,7 +207,6 @@ class SoilDraw:
             container["periodic"] = Faces(("z",))
         if fill == "particles" and rng.random() < 0.25:
             self.clumps(soil, high)
-            container.pop("periodic", None)  # clumps have no images
         if rng.random() < 0.15 and fill != "particles":
             soil["surface"] = Quantity((0.0,), "m", "height")
         answer = {"materials": self.materials(), "contacts": contacts, "soil": soil}
@@ -224,6 +223,7 @@ class SoilDraw:
         plain = not fixed and "clumps" not in soil and not any(key.startswith("bond") for law in tree["contacts"] for key in law)
         ways = [self.sleeping] if not fixed and "clumps" not in soil else []
         ways += [self.inlet] if plain else []
+        ways += [self.mixture] if plain and bed["fill"] == "random" else []
         if made and plain and "periodic" not in soil["container"]:
             ways = [self.layers, self.straw, *ways]
             if self.may_go_on(tree):
@@ -259,6 +259,17 @@ class SoilDraw:
             "box": {"@box": Box(edge, (at[0], low[1] + size[1] - edge[1] - 0.005, at[2]))}, "rate": Quantity((self.rounded(50, 400),), "1/s"),
             "radius": Quantity((self.rounded(0.5 * RADIUS, RADIUS),), "m"), "velocity": Quantity((0.0, -self.rounded(0.1, 0.5), 0.0), "m/s", "direction"),
             "seed": self.rng.randint(1, 99)}}
+
+    def mixture(self, tree):
+        """Clumps among the grains of a bed, which may go on, or lie between periodic sides or on a rough floor."""
+        if self.may_go_on(tree) and "periodic" not in tree["soil"]["container"] and self.rng.random() < 0.5:
+            self.moving(tree)
+        elif self.rng.random() < 0.3:
+            tree["soil"]["bed"]["rough floor"] = Quantity((0.013,), "m")
+        tree["soil"]["clumps"] = {Name("pair"): {"spheres": [
+            {"at": Quantity((-0.004, 0.0, 0.0), "m", "own"), "radius": Quantity((0.008,), "m")},
+            {"at": Quantity((0.005, 0.001, 0.0), "m", "own"), "radius": Quantity((0.006,), "m")}]}}
+        tree["soil"]["bed"]["clumps"] = [{"shape": Name("pair"), "share": self.rounded(0.2, 0.8)}]
 
     def straw(self, tree):
         bond = {"law": "linear", "k_n": Quantity((self.rounded(2e3, 1e4),), "N/m"), "restitution": self.rounded(0.2, 0.8), "mu": self.rounded(0.1, 0.6), "bond": "fibre",

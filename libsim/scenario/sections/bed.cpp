@@ -47,6 +47,7 @@ void describe(Fields& v, Layer& l) {
   v.vector("depth", l.depth, "m", "in place of the thickness: where it begins and ends below the surface");
   v.reference("material", l.material, Family::material, "of its spheres");
   v.optional_form("radius", l.radius, "radius of its spheres, or a distribution; left out: the bed's");
+  v.list("clumps", l.clumps, "random fill: how many of its grains are clumps");
 }
 
 void describe(Fields& v, BedSection& b) {
@@ -69,7 +70,7 @@ void describe(Fields& v, BedSection& b) {
   v.section("region", b.region, "box that is filled; left out: the container");
   v.count("count", b.count, "[1, 100000000]", "random fill: number of spheres");
   v.quantity("depth", b.depth, "m", "(0, inf)",
-             "fill up to this height above the floor; left out: the region's height");
+             "fill up to this height above the lower side of the region; left out: the region's height");
   v.count("seed", b.seed, "[0, inf)", "of the random numbers; the same seed gives the same bed");
   v.quantity("jitter", b.jitter, "1", "[0, 0.5]", "largest random shift of a lattice site, share of the radius");
   v.section("settle", b.settle, "let the bed come to rest before time 0; left out: it starts as filled");
@@ -96,6 +97,11 @@ void describe(Fields& v, BedSection& b) {
            "spheres inside a machine's surface at the start: refuse the run, or take them out");
 }
 
+bool any_clumps(const BedSection& bed) {
+  return !bed.clumps.empty() ||
+         std::any_of(bed.layers.begin(), bed.layers.end(), [](const Layer& l) { return !l.clumps.empty(); });
+}
+
 namespace {
 
 struct BedChecks : Checks {
@@ -105,7 +111,7 @@ struct BedChecks : Checks {
     static constexpr std::array<const char*, 5> words{"lattice", "rest-lattice", "random", "particles", "file"};
     const std::string fill = words[static_cast<std::size_t>(b.fill)];
     const bool made = b.fill <= Fill::random, grid = b.fill <= Fill::rest_lattice;
-    const bool each = !b.layers.empty() && std::all_of(b.layers.begin(), b.layers.end(), has_radius);
+    const bool each = !b.layers.empty() && std::all_of(b.layers.begin(), b.layers.end(), needs_no_radius);
     const bool equal = (each || std::holds_alternative<EqualRadius>(b.radius)) &&
                        std::all_of(b.layers.begin(), b.layers.end(),
                                    [](const Layer& l) { return std::holds_alternative<EqualRadius>(l.radius); });
@@ -221,7 +227,6 @@ struct BedChecks : Checks {
     if (!s.soil->container) refuse(path, "needs a container, whose floor it lies on");
     if (b.fill == Fill::particles) refuse(path, "stands beside particles of their own; give those `fixed: NAME`");
     if (s.soil->active) refuse(path, "stands beside `soil.active`; leave one of them out");
-    if (!b.clumps.empty()) refuse(path, "stands beside clumps, which are not fixed; leave one of them out");
   }
 
   /// A key that a fill needs, or that would have no effect with it.
@@ -236,18 +241,23 @@ struct BedChecks : Checks {
     return equal == nullptr || !std::isnan(equal->radius);
   }
 
+  static bool needs_no_radius(const Layer& l) { return has_radius(l) || only_clumps(l.clumps); }
+
   void layers(const BedSection& b, bool made, bool each) {
     if (!b.material.empty())
       refuse("soil.bed.material", "stands beside `layers`, which give the materials; leave it out");
     if (b.count) refuse("soil.bed.count", "stands beside `layers`, whose thicknesses give the amount; leave it out");
     if (each && places.contains("soil.bed.radius"))
-      refuse("soil.bed.radius", "has no effect: every layer has a radius of its own; leave it out");
+      refuse("soil.bed.radius", "has no effect: every layer has grains of its own; leave it out");
     for (std::size_t i = 0; i < b.layers.size(); ++i) {
       const Layer& l = b.layers[i];
       const std::string path = fmt::format("soil.bed.layers[{}]", i);
       material(path + ".material", l.material);
       if (has_radius(l) && !made)
         refuse(path + ".radius", "has no effect with spheres that are given one by one; leave it out");
+      if (has_radius(l) && only_clumps(l.clumps))
+        refuse(path + ".radius",
+               "has no effect: all grains of the layer are clumps; leave it out, or lower their shares");
       check_distribution(*this, path + ".radius", l.radius);
       const bool last = i + 1 == b.layers.size(), one_form = b.layers[0].depth.has_value() == l.depth.has_value();
       if (l.thickness && l.depth)
@@ -294,8 +304,9 @@ struct BedChecks : Checks {
     for (std::size_t i = 0; i < b.layers.size(); ++i) {
       const Layer& l = b.layers[i];
       const double thick = l.depth ? (*l.depth)[1] - (*l.depth)[0] : l.thickness.value_or(last);
+      if (only_clumps(l.clumps)) continue;  // their size is known with their shape
       const double diameter = 2 * largest_radius(has_radius(l) ? l.radius : b.radius);
-      if (thick >= diameter * (1 - 1e-9)) continue;
+      if (std::isnan(diameter) || thick >= diameter * (1 - 1e-9)) continue;
       refuse(
           fmt::format("soil.bed.layers[{}]", i),
           fmt::format("is {:.6g} mm thick, less than its largest sphere's diameter {:.6g} mm; make it thicker, or its "

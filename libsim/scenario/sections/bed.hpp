@@ -50,7 +50,8 @@ struct Layer {
   std::optional<double> thickness;
   std::optional<Vec2> depth;  // from, to below the surface
   std::string material;
-  RadiusDistribution radius;  // of the bed unless given
+  RadiusDistribution radius;       // of the bed unless given
+  std::vector<ClumpShare> clumps;  // among its grains
 };
 void describe(Fields& v, Layer& l);
 
@@ -82,5 +83,6 @@ void describe(Fields& v, BedSection& b);
 struct Checks;
 struct Scenario;
 void check_bed(Checks& checks, const Scenario& s);
+bool any_clumps(const BedSection& bed);  ///< among the grains that fill it, of a layer too
 
 }  // namespace subsoil::sim

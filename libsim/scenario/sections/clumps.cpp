@@ -86,26 +86,20 @@ struct ClumpChecks : Checks {
   void clumps() {
     const Soil& soil = *s.soil;
     for (const ClumpSection& c : soil.clumps) shape(c);
-    const bool lie = soil.bed && (!soil.bed->clumps.empty() || !soil.bed->placed.empty());
+    const bool lie = soil.bed && (!soil.bed->placed.empty() || any_clumps(*soil.bed));
     const bool poured =
         std::any_of(soil.inlets.begin(), soil.inlets.end(), [](const InletSection& i) { return !i.clumps.empty(); });
-    if (!soil.clumps.empty() && !lie && !poured)
-      refuse("soil.clumps",
-             "are used nowhere; name them in `soil.bed.clumps`, `soil.bed.placed` or `clumps` of an inlet, or leave "
-             "them out");
+    const bool read = soil.bed && soil.bed->fill == Fill::file;  // a saved bed may have them
+    if (!soil.clumps.empty() && !lie && !poured && !read)
+      refuse(
+          "soil.clumps",
+          "are used nowhere; name them in `soil.bed.clumps`, `clumps` of a layer or an inlet, or `soil.bed.placed`, or "
+          "leave them out");
     if (!lie && !poured) return;
     if (soil.active)
       refuse("soil.active", "freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
-    const auto& periodic = soil.container ? soil.container->periodic : std::array<bool, 3>{};
-    if (std::any_of(periodic.begin(), periodic.end(), [](bool p) { return p; }))
-      refuse("soil.container.periodic",
-             "lets spheres through one by one, and clumps are rigid; leave it out, or the clumps");
     for (const InletSection& i : soil.inlets) shares("soil.inlets." + i.name + ".clumps", i.clumps);
     if (!lie) return;
-    if (soil.bed->rough_floor)
-      refuse("soil.bed.rough floor",
-             "fixes spheres one by one, and clumps are rigid; list the floor as `particles` that "
-             "are `fixed`, or leave the clumps out");
     bed(*soil.bed);
   }
 
@@ -134,7 +128,12 @@ struct ClumpChecks : Checks {
     if (!b.clumps.empty() && !mixed)
       refuse("soil.bed.clumps", "need `fill: random` or `lattice`; with `fill: particles` list them as `placed`");
     if (!b.clumps.empty() && !b.layers.empty())
-      refuse("soil.bed.clumps", "stand beside `layers`, which are of spheres; leave one of them out");
+      refuse("soil.bed.clumps", "stand beside `layers`; name them in `clumps` of each layer that has them");
+    for (std::size_t i = 0; i < b.layers.size(); ++i) {
+      const std::string path = fmt::format("soil.bed.layers[{}].clumps", i);
+      shares(path, b.layers[i].clumps);
+      if (!b.layers[i].clumps.empty() && b.fill != Fill::random) refuse(path, "need `fill: random`");
+    }
     if (!b.placed.empty() && b.fill != Fill::particles)
       refuse("soil.bed.placed", "needs `fill: particles`; shares of a filled bed are `clumps`");
     if (!b.placed.empty() && !b.layers.empty())
@@ -146,10 +145,8 @@ struct ClumpChecks : Checks {
       material(path + ".material", c.material);
       direction(path + ".rotation.axis", c.rotation.axis);
     }
-    if (!b.save.empty())
-      refuse("soil.bed.save",
-             "keeps spheres one by one, and this bed has clumps; go on from a state of the run (`subsoil run --from`) "
-             "instead");
+    if (!b.save.empty() && std::filesystem::path(b.save).extension() == ".csv")
+      refuse("soil.bed.save", b.save, "a table has spheres one by one, and this bed has clumps; name an .h5 file");
   }
 
   void named(const std::string& path, const std::string& name) {

@@ -165,10 +165,6 @@ struct SoilChecks : Checks {
         refuse("soil.container.open after settling",
                fmt::format("the face {} is periodic and has no wall; leave it out", face_names[f]));
     }
-    const bool any = c.periodic[0] || c.periodic[1] || c.periodic[2];
-    if (any && s.soil->bed && (!s.soil->bed->clumps.empty() || !s.soil->bed->placed.empty()))
-      refuse("soil.container.periodic",
-             "clumps have no images beyond periodic sides; use spheres, or give the bed walls");
     if (!c.periodic[1]) return;
     const char* const without = "the bed has no floor and no surface with `periodic: [y]`; leave it out, or y";
     if (s.soil->surface) refuse("soil.surface", without);
@@ -194,8 +190,6 @@ struct SoilChecks : Checks {
     }
     without(s.soil->active.has_value(), "soil.active", "");
     without(b.region.has_value(), "soil.bed.region", ", whose bed fills one period");
-    without(!b.clumps.empty(), "soil.bed.clumps", ", whose bed is of spheres");
-    without(!b.placed.empty(), "soil.bed.placed", ", whose bed is of spheres");
     without(b.rough_floor.has_value(), "soil.bed.rough floor", "");
     for (std::size_t i = 0; i < b.particles.size(); ++i)
       without(!b.particles[i].fixed.empty(), fmt::format("soil.bed.particles[{}].fixed", i).c_str(), "");

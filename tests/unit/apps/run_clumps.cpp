@@ -104,6 +104,66 @@ TEST(RunClumps, AMixtureHasItsMassInTheFrames) {
               1e-9 * mass);
 }
 
+/// Half of the lower layer's grains are clumps; the lowest spheres and clumps are a rough floor, which bears all weight
+/// but that of its own, and there are no walls along x.
+TEST(RunClumps, LieInALayerOnARoughFloorBetweenPeriodicSides) {
+  const RunDirectory dir;
+  std::string text = with(mixture, "material: seed}\n  clumps", "material: seed, periodic: [x]}\n  clumps");
+  text = with(
+      text, "material: seed, radius: 3 mm, count: 200, clumps: [{shape: bean, share: 0.5}]",
+      "radius: 3 mm, depth: 30 mm, rough floor: 4 mm, layers: [{material: seed, thickness: 12 mm}, {material: seed, "
+      "clumps: [{shape: bean, share: 0.5}]}]");
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out", {"time.end=0.15 s"}), exit_ok);
+  const nlohmann::json soil = summary_of(dir / "out")["soil"];
+  const std::vector<std::int32_t> clumps = clumps_of(dir / "out");
+  const auto members =
+      static_cast<std::size_t>(std::count_if(clumps.begin(), clumps.end(), [](int c) { return c >= 0; }));
+  EXPECT_EQ(members, 2 * soil["clumps"].get<std::size_t>());
+  ASSERT_EQ(soil["layers"].size(), 2u);
+  // A third of the lower layer is loose: of two grains one is a clump of two spheres.
+  const std::size_t upper = soil["layers"][0]["spheres"], lower = soil["layers"][1]["spheres"];
+  EXPECT_EQ(upper + lower, clumps.size());
+  EXPECT_LT(members, lower);
+  EXPECT_GT(members, lower / 4);
+  const Series series = read_series(dir / "out" / "series.csv");
+  double weight = 0;
+  for (const char* column : {"rough floor.Fy", "floor.Fy", "wall -z.Fy", "wall +z.Fy"})
+    weight -= series.at(column).back();
+  const double mass = soil["mass [kg]"];
+  EXPECT_LT(weight, 9.81 * mass);
+  EXPECT_GT(weight, 0.6 * 9.81 * mass) << "but for the rough floor's own";
+  EXPECT_LT(std::abs(series.at("rough floor.Fx").back()), 0.05 * weight);
+  EXPECT_GT(-series.at("rough floor.Fy").back(), 0.5 * weight);
+}
+
+/// Spheres and clumps with the numbers and places that they had.
+TEST(RunClumps, ASavedBedHasThem) {
+  const RunDirectory dir;
+  const std::string saved = (dir / "bed.h5").string();
+  ASSERT_EQ(run_scenario(dir.scenario(mixture), dir / "made", {"soil.bed.save=" + saved}), exit_ok);
+  const std::string text =
+      with(mixture, "fill: random, material: seed, radius: 3 mm, count: 200, clumps: [{shape: bean, share: 0.5}]",
+           "fill: file, material: seed, file: " + saved);
+  ASSERT_EQ(run_scenario(dir.scenario(text), dir / "read"), exit_ok);
+  EXPECT_EQ(clumps_of(dir / "read"), clumps_of(dir / "made"));
+  const auto made = frame_positions(dir / "made", 0), read = frame_positions(dir / "read", 0);
+  ASSERT_EQ(made.size(), read.size());
+  for (std::size_t i = 0; i < made.size(); ++i) EXPECT_LT(dem::norm(made[i] - read[i]), 1e-12) << i;
+  const auto refused = [&](const std::string& from, const std::string& to) {
+    return subsoil::test::message_of<ScenarioError>(
+        [&] { run_scenario(dir.scenario(with(text, from, to)), dir / "out"); });
+  };
+  EXPECT_NE(
+      refused("bean: {spheres", "pea: {spheres").find("holds clumps of the shape `bean`; describe it in `soil.clumps`"),
+      std::string::npos);
+  EXPECT_NE(
+      refused("density: 1300", "density: 1250").find("give `soil.clumps.bean` the `density` or `mass` that it was"),
+      std::string::npos);
+  EXPECT_NE(
+      refused("at: 4 0 0 mm, radius: 3 mm", "at: 4 0 0 mm, radius: 2 mm").find("with other spheres than those of"),
+      std::string::npos);
+}
+
 std::string refusal(const std::string& text, const std::string& from, const std::string& to) {
   const RunDirectory dir;
   const std::string file = dir.scenario(with(text, from, to));
@@ -125,10 +185,10 @@ TEST(RunClumps, RefusalsNamePlaceRuleAndCure) {
          "soil.bed.clumps: need `fill: random` or `lattice`; with `fill: particles` list them as `placed`");
   expect(refusal(mixture, "  bed:", "  active: {within: 0.1 m}\n  bed:"),
          "soil.active: freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
-  expect(refusal(mixture, "material: seed}\n  clumps", "material: seed, periodic: [x]}\n  clumps"),
-         "soil.container.periodic: lets spheres through one by one, and clumps are rigid");
-  expect(refusal(mixture, "count: 200", "count: 200, save: bed.h5"),
-         "soil.bed.save: keeps spheres one by one, and this bed has clumps");
+  expect(refusal(mixture, "count: 200", "count: 200, save: bed.csv"),
+         "bed.csv: a table has spheres one by one, and this bed has clumps; name an .h5 file");
+  expect(refusal(mixture, "count: 200,", "layers: [{thickness: 20 mm, material: seed}],"),
+         "soil.bed.clumps: stand beside `layers`; name them in `clumps` of each layer that has them");
   expect(refusal(mixture, "density: 1300 kg/m^3", "mass: 1 g, density: 1300 kg/m^3"),
          "soil.clumps.bean.density: stands beside `mass`; keep one of them");
   expect(refusal(mixture, "density: 1300 kg/m^3", "inertia: 1 1 1 g mm^2"),
