@@ -45,15 +45,16 @@ class Clearing {
   bool loose_;
 };
 
-/// Spheres inside given solids. What merely lies on a floor or a wall that a scenario places overlaps it, and may:
-/// only who overlaps by half a radius is in the way.
+/// Spheres in the way of given surfaces. These join a bed that has settled only then, perhaps in the place of a wall:
+/// who overlaps them by more than its contacts at rest do is in the way. What is placed may lie on a floor or a wall of
+/// the scenario: there it takes half a radius.
 void Clearing::clear_given() {
+  const double placed = 0.5;
+  const double allowed = loaded_.scenario.soil->bed->settles() ? std::min(placed, world_.bed->max_overlap()) : placed;
   for (const SurfaceRecord& r : world_.surfaces) {
     const dem::Boundary& b = world_.bed->boundary(r.boundary);
-    const auto* mesh = std::get_if<dem::MeshSurface>(&b.shape);
-    if (r.owner != SurfaceRecord::Owner::given || std::holds_alternative<dem::Plane>(b.shape)) continue;
-    if (mesh != nullptr && !mesh->surfaces().front().closed()) continue;
-    const auto inside = [&](const dem::Sphere& s) { return dem::inside_or_overlapping(s, b, -0.5 * s.r); };
+    if (r.owner != SurfaceRecord::Owner::given) continue;
+    const auto inside = [&](const dem::Sphere& s) { return dem::inside_or_overlapping(s, b, -allowed * s.r); };
     const auto spheres = world_.bed->spheres();
     const auto first = std::find_if(spheres.begin(), spheres.end(), inside);
     if (first == spheres.end()) continue;
@@ -64,8 +65,8 @@ void Clearing::clear_given() {
       }
       const auto count = static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), inside));
       throw ScenarioError(fmt::format(
-          "{}: {} spheres (first: {}) lie inside `{}` at the start; {}{}", loaded_.where("soil.bed"), count, first->id,
-          r.name,
+          "{}: {} spheres (first: {}) lie inside or overlap `{}` at the start; {}{}", loaded_.where("soil.bed"), count,
+          first->id, r.name,
           count == spheres.size()
               ? "a chamber around all of them is a mesh whose walls have a thickness, or an open one, both sides of "
                 "which act; a tool starts outside the soil"
@@ -86,7 +87,7 @@ void Clearing::clear() {
   if (world_.soil.carved == 0) return;
   world_.bed->reset_energy_balance();         // what is carved was never of the run
   if (loaded_.scenario.soil->moving) return;  // count_window()
-  world_.soil.spheres = 0, world_.soil.mass = 0;
+  world_.soil.spheres = 0, world_.soil.mass = 0, world_.soil.clumps = world_.bed->clumps().size();
   for (const dem::Sphere& s : world_.bed->spheres())
     if (s.id < world_.soil.fibres_from) ++world_.soil.spheres, world_.soil.mass += s.m;
 }

@@ -153,5 +153,61 @@ output: {every: 0.2 s, precision: double, series digits: all, monitor: {M: {soil
   EXPECT_LT(dem::norm(sum - expected), 1e-3 * dem::norm(expected));
 }
 
+/// A surface that stands in a settled bed takes away what it overlaps, box or plane, as one that moves does: the bed
+/// begins at rest, with no more in its contacts than without it. Asked to refuse, it names itself.
+TEST(RunSurfaces, StandInABedThatHasSettled) {
+  const auto with = [](const std::string& shape, const char* rule, std::string* refused) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+materials: {{soil: {{density: 2600 kg/m^3}}, steel: {{density: 7850 kg/m^3}}}}
+contacts:
+  - &dry {{between: [soil, soil], law: linear, k_n: 50 kN/m, restitution: 0.4, mu: 0.5, mu_r: 0.2}}
+  - {{<<: *dry, between: [soil, steel], mu: 0.3}}
+soil:
+  container: {{size: 0.16 0.1 0.1 m, at: 0 -0.1 -0.05 m, material: steel}}
+  surface: 0 m
+  bed: {{fill: random, material: soil, radius: 10 mm, depth: 60 mm, inside machine: {}}}
+boundaries: [{{name: stone, material: steel, shape: {}, at: 0.08 -0.03 0 m}}]
+time: {{end: 5 ms}}
+output: {{every: 5 ms, series every: 1 ms, forces: instant}}
+)",
+                                         rule, shape);
+    if (refused != nullptr) {
+      *refused = subsoil::test::message_of<ScenarioError>([&] { run_scenario(dir.scenario(text), dir / "out"); });
+      return 0.0;
+    }
+    EXPECT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok) << shape;
+    const nlohmann::json summary = summary_of(dir / "out");
+    EXPECT_GT(summary["soil"]["carved for the machine"].get<int>(), 5) << shape;
+    EXPECT_LT(summary["run"]["largest overlap [share of a radius]"].get<double>(), 0.05) << shape;
+    const Series series = read_series(dir / "out" / "series.csv");
+    return series.at("soil.stored").front();
+  };
+  const double heavy = 2600 * 0.6 * 0.16 * 0.1 * 0.06 * 9.81 * 0.06;  // J, of the bed's weight along its depth
+  for (const char* shape : {"{box: 40 40 40 mm}", "{plane: {point: 0 0 0 m, normal: 1 0 0}}"}) {
+    EXPECT_LT(with(shape, "carve", nullptr), 0.05 * heavy) << shape;
+    std::string refused;
+    with(shape, "refuse", &refused);
+    EXPECT_NE(refused.find("lie inside or overlap `stone` at the start"), std::string::npos) << refused;
+  }
+}
+
+/// Grains that are rained into a narrow region above the floor roll away below it, and never fill it to a depth.
+TEST(RunSurfaces, ARegionThatGrainsLeaveIsRefused) {
+  const RunDirectory dir;
+  const std::string text = R"(subsoil: 1
+materials: {soil: {density: 2600 kg/m^3}}
+contacts: [{between: [soil, soil], law: linear, k_n: 5 kN/m, restitution: 0.4, mu: 0.3}]
+soil:
+  container: {size: 100 150 100 mm, at: 0 0 0 m, material: soil}
+  bed: {fill: random, material: soil, radius: 4 mm, depth: 40 mm, region: {size: 40 60 40 mm, at: 30 40 30 mm}}
+time: {end: 1 ms}
+)";
+  const std::string message =
+      subsoil::test::message_of<ScenarioError>([&] { run_scenario(dir.scenario(text), dir / "out"); });
+  EXPECT_NE(message.find("roll or fall out of it; make `region` as wide as the container"), std::string::npos)
+      << message;
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_surfaces

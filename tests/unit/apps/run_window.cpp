@@ -252,7 +252,8 @@ std::string refusal(const std::vector<std::string>& sets, const RunDirectory& di
 
 TEST(RunWindow, SpheresInsideAGivenSolidAndBedsBeyondTheBinAreRefused) {
   const RunDirectory dir;
-  EXPECT_NE(refusal({"soil.bed.inside machine=refuse"}, dir).find("lie inside `tool` at the start"), std::string::npos);
+  EXPECT_NE(refusal({"soil.bed.inside machine=refuse"}, dir).find("lie inside or overlap `tool` at the start"),
+            std::string::npos);
   EXPECT_NE(refusal({"soil.bed.depth=0.3 m"}, dir).find("is more than the 0.1 m that the container"),
             std::string::npos);
   try {
