@@ -190,6 +190,13 @@ double slip_with(const System& system, Force& f, std::size_t place, const GripMo
                              system.length_scale());
 }
 
+// The inertia against what friction does along s, the same to both sides: friction elsewhere may depend on the sense.
+template <class Slip>
+double inertia_against(double force, const Slip& slip) {
+  const double back = slip(-force);
+  return 2 * force / (slip(force) - back);
+}
+
 // A secant, repeated.
 template <class Force>
 double grip_place(const System& system, Force&& f, std::size_t place, const GripMotion& motion) {
@@ -226,17 +233,17 @@ double grip_place(const System& system, Force&& f, std::size_t place, const Grip
     const double most = StickSlip::most_of_grip * f.grip_limit(system.scene(), place);
     held = std::clamp(held, -most, most), slip(held);
   }
-  return f.grip(system.scene(), place, held, mass);
+  const double inertia = inertia_against(limit > 0 ? limit : 1, slip);
+  slip(held);
+  return f.grip(system.scene(), place, held, inertia > 0 && std::isfinite(inertia) ? inertia : mass);
 }
 
-// The inertia against what friction does along s.
 template <class Force>
 void damp_place(const System& system, Force&& f, std::size_t place, const GripMotion& motion) {
   if (!f.sticks(place)) return;
   const auto memory = f.memory();
   const double limit = f.grip_limit(system.scene(), place), force = limit > 0 ? limit : 1;
-  const double free = slip_with(system, f, place, motion, 0),
-               mass = force / (slip_with(system, f, place, motion, force) - free);
+  const double mass = inertia_against(force, [&](double with) { return slip_with(system, f, place, motion, with); });
   f.set_memory(memory);
   if (mass > 0 && std::isfinite(mass)) f.damp(place, mass);
   motion.accelerate();
