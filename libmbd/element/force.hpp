@@ -84,7 +84,9 @@ struct ForceMembers {
   /// touch(scene, k, closes): the gap k has passed 0. remembers(): whether something depends on that
   bool touch = false;
   bool trace = false;        ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
-  bool rut = false;          ///< track, rut, rut_size(), commit(scene, ruts): accepted states change the ground
+  /// track, rut, rut_size(), commit(scene, ruts): accepted states change the ground; commit returns what is lost at that
+  /// instant (J)
+  bool rut = false;
   bool towing_spin = false;  ///< towing_spin(speed): angular velocity of its body in a tow
   bool joint = false;        ///< joint, attach(joint, row): its bodies are those of a joint
   /// state_count numbers that are integrated with the motion, from first_state
@@ -144,7 +146,7 @@ concept Ruts = requires(F f, const Scene scene, std::vector<Rut> ruts) {
   f.track.empty();
   f.rut = std::size_t{0};
   { f.rut_size() } -> std::same_as<double>;
-  f.commit(scene, ruts);
+  { f.commit(scene, ruts) } -> std::same_as<double>;
 };
 template <class F>
 concept HasStates = requires(F f, const Scene scene) {

@@ -11,11 +11,12 @@ namespace subsoil::mbd {
 /// points from the origin pressing throws std::runtime_error.
 class Rut {
  public:
-  /// What presses a rut has 256 points of its grid on its length: a wheel on its radius, a stamp on its length. The
-  /// grid of a point is that of 256 mm.
-  static double spacing_for(double size) { return (size > 0 ? size : 0.256) / 256; }
+  /// What presses a rut has 256 points of its grid on its length: a wheel on its radius, a stamp on its length. A point
+  /// has 1024 on the machine's length: while it rises, what it has just left counts as rut for as far as the grid is
+  /// wide.
+  static double spacing_for(double size, double machine) { return size > 0 ? size / 256 : machine / 1024; }
 
-  explicit Rut(double spacing = spacing_for(0)) : spacing_(spacing) {}
+  explicit Rut(double spacing = 1e-3) : spacing_(spacing) {}
   double spacing() const { return spacing_; }  ///< of the grid, m
 
   /// Depth at x and its slope dz/dx there.

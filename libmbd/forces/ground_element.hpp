@@ -95,7 +95,7 @@ struct GroundElement {
   double rut_size() const { return radius > 0 ? radius : length; }
 
   /// An accepted step: the ground remembers, and so does the element how fast it was struck.
-  void commit(const Scene& scene, std::vector<Rut>& ruts) {
+  double commit(const Scene& scene, std::vector<Rut>& ruts) {
     const Foot foot = foot_of(scene);
     // The bottom of a rut pushes back from a little above it on.
     const double top = follower < 0 ? surface - ruts[rut].at(foot.x).z * (1 - 1 / unloading)
@@ -104,11 +104,12 @@ struct GroundElement {
     if (foot.y > top + ruts[rut].spacing()) touch = 0;
     if (foot.y <= top && touch == 0) touch = speed_of(foot.v);
     const double z = surface - (follower < 0 ? foot.y : top);
-    if (!(z > 0)) return;
+    if (!(z > 0)) return 0;
     if (radius > 0)
       ruts[rut].press_disk(foot.x, z, radius);
     else
       ruts[rut].press_flat(foot.x - length / 2, foot.x + length / 2, z);
+    return 0;
   }
   void begin_trace(const Scene& scene) {
     const Foot foot = foot_of(scene);

@@ -116,14 +116,18 @@ struct WheelOnSoil {
 
   double rut_size() const { return radius; }  ///< length by which the grid of its rut is chosen (m)
 
-  /// An accepted step: the ground remembers, and the direction of travel is kept.
-  void commit(const Scene& scene, std::vector<Rut>& ruts) {
+  /// An accepted step: the ground remembers, and the direction of travel is kept. Where the wheel turns round, its own
+  /// rut is the ground ahead, and what the new ground under it had stored is lost.
+  double commit(const Scene& scene, std::vector<Rut>& ruts) {
     const BodyState& b = axle(scene);
-    if (b.v.x > creep) direction = 1;
-    if (b.v.x < -creep) direction = -1;
     const Vec2 now{b.r.x, sinkage(b)};
+    const double turned = b.v.x > creep ? 1 : b.v.x < -creep ? -1 : direction;
+    const double before = turned != direction ? stored(now, ruts[rut]) : 0;
     if (last.y > 0 || now.y > 0) ruts[rut].press(last.x, std::max(last.y, 0.0), now.x, std::max(now.y, 0.0));
     last = now;
+    if (turned == direction) return 0;
+    direction = turned;
+    return before - stored(now, ruts[rut]);
   }
   /// Forgets the way to here: the next commit starts a new trace.
   void begin_trace(const Scene& scene) {
@@ -161,6 +165,12 @@ struct WheelOnSoil {
   ForcePower press(const BodyState& b, double z, double z_p, Loads& loads, ForceValues& values) const;
   /// Of R_c, with the sign of the axle's velocity.
   static double fading(const BodyState& b) { return std::min(1.0, std::max(-1.0, b.v.x / creep)); }
+  /// With the axle at x and the sinkage z.
+  double stored(const Vec2& at, const Rut& ground) const {
+    if (heave == Heave::plastic || !(at.y > 0)) return 0;
+    const double z_p = ground.at(at.x + direction * std::sqrt(2 * radius * at.y)).z;
+    return at.y > z_p ? energy(at.y) - energy(z_p) : 0;
+  }
   double modulus() const { return k_c / width + k_phi; }
   double energy(double z) const { return z > 0 ? load(z) * z / (n + 1.5) : 0.0; }
   const BodyState& axle(const Scene& scene) const { return scene.bodies[static_cast<std::size_t>(body)]; }

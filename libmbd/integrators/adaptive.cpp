@@ -181,7 +181,7 @@ void Adaptive::commit() {
   if (!std::exchange(commits_, false)) return;
   need_state();
   system_.set_state(now_.t, now_.q, now_.velocity);
-  system_.commit();
+  if (system_.commit(flows_.of_elements) && first_ != First::event) first_ = First::restart, jumps_ = true;
 }
 
 void Adaptive::keep_segment(double begin, bool beside, const std::shared_ptr<const Choice>& choice) {
@@ -211,7 +211,7 @@ void Adaptive::need_state() {
 
 void Adaptive::pass_event() {
   if (event_of_passage_) return pass_event_of_passage();
-  read_consistent(front_);
+  need_state();
   if (hidden_here_) {
     std::fill(directions_.begin(), directions_.end(), 0);
     directions_[*hidden_here_] = -1;

@@ -24,13 +24,14 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
   q_before_ = now_.q;
   before_ = now_;
   flows_before_ = flows_;
+  lost_at_once_ = flows_.of_elements;
   gaps_.assign(switches_.count(), 0);
 }
 
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   hide(), dense_ = {}, ++starts_;
   now_.t = t, now_.q = q, now_.velocity = velocity;
-  flows_.of_elements.setZero();
+  flows_.of_elements.setZero(), lost_at_once_.setZero();
   flows_.external_work = flows_.latched = 0;
   system_.set_state(t, q, velocity);
   system_.restart_traces();
@@ -362,6 +363,7 @@ void Integrator::step_by(double h) {
 
 void Integrator::move(double h) {
   q_before_ = now_.q;
+  flows_.of_elements += lost_at_once_, lost_at_once_.setZero();
   dense_.segments.clear();
   if (finds_events() && system_.has_joint_events() && changes_seen_ != system_.wrench_changes()) {
     partition_.accelerate(now_);
@@ -371,7 +373,7 @@ void Integrator::move(double h) {
   system_.has_instants() ? advance_over_instants(h) : advance_part(h);
   keep_end();
   system_.set_state(now_.t, now_.q, now_.velocity);
-  system_.commit();
+  system_.commit(lost_at_once_);
   flows_.external_work += system_.external_work(q_before_, now_.q);
   if (keeps_) keep_memory();
 }
@@ -454,7 +456,7 @@ Snapshot Integrator::save() const {
   Snapshot out{.time = m.t,
                .pose = numbers(m.q),
                .velocity = numbers(m.velocity),
-               .flows = numbers(flows.of_elements),
+               .flows = numbers(flows.of_elements + lost_at_once_),
                .external_work = flows.external_work,
                .latched = flows.latched,
                .elements = system_.save(),
@@ -481,7 +483,7 @@ void Integrator::restore(const Snapshot& from) {
   now_.t = from.time;
   take(from.pose, now_.q, "pose");
   take(from.velocity, now_.velocity, "velocity");
-  take(from.flows, flows_.of_elements, "energy");
+  take(from.flows, flows_.of_elements, "energy"), lost_at_once_.setZero();
   now_.states = flows_.of_elements.tail(now_.states.size());
   flows_.external_work = from.external_work, flows_.latched = from.latched;
   system_.restore(from.elements);

@@ -203,6 +203,7 @@ class Integrator {
   std::vector<Event> events_;
   MotionState before_;
   EnergyFlows flows_before_;
+  Eigen::VectorXd lost_at_once_;  ///< by the ground when it took the last step, J: of the next one, as its ruts are
   std::size_t segments_before_ = 0;
   std::vector<double> gaps_;
 };

@@ -290,7 +290,7 @@ void System::assign_ruts() {
           if constexpr (Force::has.rut) {
             const std::string key = force.track.empty() ? "wheel " + f.name : "track " + force.track;
             force.rut = tracks.emplace(key, tracks.size()).first->second;
-            const double spacing = Rut::spacing_for(force.rut_size());
+            const double spacing = Rut::spacing_for(force.rut_size(), length_scale_);
             if (force.rut == spacings.size()) spacings.push_back(spacing);
             spacings[force.rut] = std::min(spacings[force.rut], spacing);  // the finest that presses the track
           }
@@ -552,11 +552,17 @@ std::vector<char> System::towed_spins() const {
   return given;
 }
 
-void System::commit() {
+bool System::commit(Eigen::VectorXd& lost) {
+  bool any = false;
   for_each_placed(elements_->forces, [&]<class Placed>(const Placed& placed) {
     using Force = std::remove_cvref_t<decltype(*placed.element)>;
-    if constexpr (Force::has.rut) placed.element->commit(scene(), ruts_);
+    if constexpr (Force::has.rut) {
+      const double at_once = placed.element->commit(scene(), ruts_);
+      lost[placed.number] += at_once;
+      any = any || at_once != 0;
+    }
   });
+  return any;
 }
 
 System::Memory System::memory() const {
