@@ -172,7 +172,7 @@ void Columns::add_formula(const Watch& watch, const Loaded& loaded) {
 }
 
 double Columns::noise_of(std::size_t column) const {
-  constexpr double share = 0.01;  // of the error asked for, in a step
+  constexpr double share = 0.1;  // of the error asked for: what sticks has a hundredth of it left, or less
   const std::string& unit = columns_[column].unit;
   const bool moves = unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s";
   if (!world_.machine || !moves) return 0;

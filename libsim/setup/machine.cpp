@@ -116,7 +116,7 @@ int order_of(const Scenario& s) {
 double atol_of(const Scenario& s) {
   const mbd::IntegratorKind kind = integrator_of(s);
   if (kind == mbd::IntegratorKind::cvode) return s.time.machine.atol.value_or(cvode_tolerance);
-  return kind == mbd::IntegratorKind::ida ? s.time.machine.atol.value_or(mbd::IdaOptions{}.atol) : 0;
+  return kind == mbd::IntegratorKind::ida ? s.time.machine.atol.value_or(mbd::IdaOptions{}.atol) : cvode_tolerance;
 }
 
 double longest_machine_step(const Scenario& s, const mbd::Model& model) {

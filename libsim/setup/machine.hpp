@@ -17,7 +17,7 @@ struct MachineStart {
 /// when the scenario has none. Throws ScenarioError (place added) for what libmbd refuses.
 std::unique_ptr<mbd::Machine> build_machine(const Loaded& loaded, const MachineStart& start = {});
 
-/// Absolute error that the machine's variable-step method is asked for; 0 of methods without.
+/// Absolute error that the machine's method is asked for; of one without a tolerance that of cvode by default.
 double atol_of(const Scenario& s);
 
 /// The longest part of a machine step that fixed steps can take for the waves of beams, s; infinity without beams.
