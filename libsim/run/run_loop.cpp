@@ -78,6 +78,8 @@ void RunLoop::open_output() {
   std::vector<SeriesColumn> summarised;
   for (const std::size_t c : o.columns.summarised()) summarised.push_back(o.columns.list()[c]);
   o.summary = std::make_unique<Summary>(summarised);
+  // Of steps the blocks of rows: two columns of one series have one interval, whatever it is made of.
+  if (const double rows = s_.output.row_interval(); rows > 0) o.summary->take_blocks_of(std::min(rows, 1e-3));
   summary_ = o.summary.get();
   o.rows = std::make_unique<Rows>(o.columns, *o.series, o.close,
                                   world_.machine ? world_.machine->time() : simulation_.time());
