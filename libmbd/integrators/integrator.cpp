@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "libmbd/assembly/assembly.hpp"
@@ -26,6 +27,7 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
   flows_before_ = flows_;
   lost_at_once_ = flows_.of_elements;
   gaps_.assign(switches_.count(), 0);
+  stuck_since_.assign(switches_.count(), std::numeric_limits<double>::quiet_NaN());
 }
 
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
@@ -80,6 +82,25 @@ double Integrator::grip(std::size_t force, std::size_t place) {
     }
   };
   return system_.grip(force, place, {accelerate, look_ahead});
+}
+
+// Of a place that begins to stick now, with those of its force that did so at this instant.
+double Integrator::share_grips(std::size_t which) {
+  // Fixed steps find one event after the other, of which the second may lie behind the first by what a root is known
+  // to.
+  const double same = 1e-9 * std::max(1.0, std::abs(now_.t));
+  stuck_since_[which] = now_.t;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < switches_.count(); ++i)
+    if (switches_.of_friction(i) && switches_.force(i) == switches_.force(which) &&
+        std::abs(stuck_since_[i] - now_.t) <= same && system_.sense(switches_.force(i), switches_.place(i)) == 0)
+      places.push_back(switches_.place(i));
+  if (places.size() < 2) return 0;
+  const auto accelerate = [&]() -> const Eigen::VectorXd& {
+    partition_.accelerate(now_);
+    return now_.acceleration;
+  };
+  return system_.share_grips(switches_.force(which), places, {accelerate, {}});
 }
 
 void Integrator::damp_grips() {
@@ -438,6 +459,7 @@ void Integrator::take_event(std::size_t which) {
   double& lost = flows_.of_elements[static_cast<Eigen::Index>(force)];
   lost += change.heat;
   if (friction ? !change.slides : switches_.side(which) < 0) lost -= grip(force, place);
+  if (friction && !change.slides) lost -= share_grips(which);
   const int after = friction ? system_.sense(force, place) : 0;
   if (friction && after != 0 && after == before) return;  // rounding of a speed that comes to 0 and rises again
   events_.push_back({now_.t, switches_.name(which), !friction ? switches_.side(which) : after != 0 ? 1 : -1, friction});

@@ -183,6 +183,7 @@ class Integrator {
   void take_impulse();
   void begin_grips();
   double grip(std::size_t force, std::size_t place);
+  double share_grips(std::size_t which);
   /// Of all that stick, after joints have changed.
   void damp_grips();
   void advance_part(double h);
@@ -203,6 +204,7 @@ class Integrator {
   std::vector<Event> events_;
   MotionState before_;
   EnergyFlows flows_before_;
+  std::vector<double> stuck_since_;  ///< of each switch of friction, s; NaN: not since an event
   Eigen::VectorXd lost_at_once_;  ///< by the ground when it took the last step, J: of the next one, as its ruts are
   std::size_t segments_before_ = 0;
   std::vector<double> gaps_;

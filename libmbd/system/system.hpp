@@ -230,6 +230,10 @@ class System {
   /// led through rest, where no friction changes their motion, slide on. Returns the energy that stiction stores by it
   /// (J). An equilibrium's stiction (set_start_grips) keeps the force that it has.
   double grip(std::size_t force, std::size_t place, const GripMotion& motion);
+  /// Places of one force that begin to stick at one instant share what they hold, by their limits: one after the other
+  /// they would hold by their order. Not where that moves the surfaces, as of places that hold in different directions.
+  /// Returns the energy that stiction stores more by it (J).
+  double share_grips(std::size_t force, std::span<const std::size_t> places, const GripMotion& motion);
   /// Friction that sticks does so on, damped for the inertia that it meets now: a joint has opened or closed.
   void damp(std::size_t force, std::size_t place, const GripMotion& motion);
   /// What forces hold from one event to the next (stiction, impacts of a given restitution), to restore it before one.

@@ -248,7 +248,58 @@ void damp_place(const System& system, Force&& f, std::size_t place, const GripMo
   if (mass > 0 && std::isfinite(mass)) f.damp(place, mass);
   motion.accelerate();
 }
+template <class Force>
+double share_places(const System& system, Force&& f, std::span<const std::size_t> places, const GripMotion& motion) {
+  const auto memory = f.memory();
+  std::vector<double> held, limits;
+  double sum = 0, most = 0;
+  for (const std::size_t p : places) {
+    held.push_back(f.held(system.scene(), p)), limits.push_back(f.grip_limit(system.scene(), p));
+    sum += held.back(), most += limits.back();
+  }
+  if (!(most > 0)) return 0;
+  // The largest s'' of these places, with that share of what they hold by their limits.
+  double stored = 0;
+  const auto moved = [&](const auto& force) {
+    stored = 0;
+    for (std::size_t k = 0; k < places.size(); ++k) stored += f.grip(system.scene(), places[k], force(k), 0);
+    const Eigen::VectorXd& solved = motion.accelerate();
+    double largest = 0;
+    for (const std::size_t p : places)
+      largest = std::max(largest, std::abs(f.slip_acceleration(system.scene(), p,
+                                                               {solved.data(), static_cast<std::size_t>(solved.size())},
+                                                               system.length_scale())));
+    return largest;
+  };
+  const auto as_held = [&](std::size_t k) { return held[k]; };
+  const auto shared = [&](std::size_t k) { return sum * limits[k] / most; };
+  constexpr double rounding = 1e-6;  // of what a limit does
+  const double before = moved(as_held), before_stored = stored, scale = most / system.mass().maxCoeff();
+  if (moved(shared) > 2 * before + rounding * scale) {
+    f.set_memory(memory);
+    motion.accelerate();
+    return 0;
+  }
+  const double after = stored;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const std::size_t p = places[k];
+    const double mass = inertia_against(limits[k] > 0 ? limits[k] : 1,
+                                        [&](double with) { return slip_with(system, f, p, motion, with); });
+    f.grip(system.scene(), p, shared(k), mass > 0 && std::isfinite(mass) ? mass : 0);
+  }
+  motion.accelerate();
+  return after - before_stored;
+}
 }  // namespace
+
+double System::share_grips(std::size_t force, std::span<const std::size_t> places, const GripMotion& motion) {
+  return visit(
+      [&]<class Force>(Force& f) {
+        if constexpr (Force::has.stick) return share_places(*this, remembering(f), places, motion);
+        return 0.0;
+      },
+      model_.forces[force].element);
+}
 
 void System::damp(std::size_t force, std::size_t place, const GripMotion& motion) {
   visit(

@@ -289,5 +289,40 @@ time: {{end: 0.3 s}}
   for (std::size_t i = 0; i < one.size(); ++i) EXPECT_NEAR(one[i], -other[i], 1e-6) << i;
 }
 
+/// A block on two corners is pushed to and fro and sticks at each turn, on both corners at once. They share what they
+/// hold, so that it comes back to the same place in every period, and the other push, and the other order of corners,
+/// give the same path.
+TEST(RunMechanism, CornersThatStickAtOnceShareWhatTheyHold) {
+  for (const char* integrator : {"cvode", "ida", "adams-moulton"}) {
+    const auto places = [&](int push, const char* corners) {
+      const RunDirectory dir;
+      const std::string text = fmt::format(R"(subsoil: 1
+gravity: 9.81 m/s^2
+machine:
+  bodies: {{block: {{mass: 3 kg, inertia: 0.1 kg m^2, at: 0 2 m}}}}
+  forces:
+    push: {{force: block, along x: {{harmonic: {{amplitude: {} N, frequency: 1 Hz}}}}}}
+    fr: {{outline contact: [ground, block], first: {{flat: 0 1.9 m}}, second: {{polygon: [{}]}},
+         stiffness: 1 MN/m, n: 1, damping: 50 s/m, friction: 0.35, stick stiffness: 200 kN/m}}
+time: {{end: 3 s, machine: {{integrator: {}}}}}
+output: {{series every: 1 s}}
+)",
+                                           push, corners, integrator);
+      EXPECT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+      return read_series(dir / "out" / "series.csv").at("block.x");
+    };
+    const char* const one = "-0.3 -0.1 m, 0.3 -0.1 m, 0.3 0.1 m, -0.3 0.1 m";
+    const char* const other = "0.3 -0.1 m, 0.3 0.1 m, -0.3 0.1 m, -0.3 -0.1 m";
+    const std::vector<double> x = places(16, one), mirrored = places(-16, one), turned = places(16, other);
+    ASSERT_EQ(x.size(), 4u);
+    EXPECT_GT(x[1], 3e-3);
+    for (std::size_t k = 1; k < x.size(); ++k) {
+      EXPECT_NEAR(x[k], x[1], 1e-6) << integrator << k;
+      EXPECT_NEAR(mirrored[k], -x[k], 1e-6) << integrator << k;
+      EXPECT_NEAR(turned[k], x[k], 1e-6) << integrator << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace subsoil::sim::run_mechanism
