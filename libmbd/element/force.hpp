@@ -83,9 +83,9 @@ struct ForceMembers {
   bool stick = false;
   /// touch(scene, k, closes): the gap k has passed 0. remembers(): whether something depends on that
   bool touch = false;
-  bool trace = false;        ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
-  /// track, rut, rut_size(), commit(scene, ruts): accepted states change the ground; commit returns what is lost at that
-  /// instant (J)
+  bool trace = false;  ///< begin_trace(scene), memory(), set_memory(m): what a restart needs
+  /// track, rut, rut_size(), commit(scene, ruts): accepted states change the ground; commit returns what is lost at
+  /// that instant (J)
   bool rut = false;
   bool towing_spin = false;  ///< towing_spin(speed): angular velocity of its body in a tow
   bool joint = false;        ///< joint, attach(joint, row): its bodies are those of a joint

@@ -205,7 +205,7 @@ class Integrator {
   MotionState before_;
   EnergyFlows flows_before_;
   std::vector<double> stuck_since_;  ///< of each switch of friction, s; NaN: not since an event
-  Eigen::VectorXd lost_at_once_;  ///< by the ground when it took the last step, J: of the next one, as its ruts are
+  Eigen::VectorXd lost_at_once_;     ///< by the ground when it took the last step, J: of the next one, as its ruts are
   std::size_t segments_before_ = 0;
   std::vector<double> gaps_;
 };

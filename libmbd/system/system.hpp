@@ -243,8 +243,8 @@ class System {
   /// What forces hold at a start from now until settle_forces(), as an equilibrium finds it.
   void set_start_grips(Grips grips) { start_grips_ = std::move(grips); }
   bool keeps_grips() const { return !start_grips_.empty(); }
-  /// The state set last is accepted: the ground takes its ruts. Adds to `lost`, J by force, what is lost at that instant;
-  /// whether there is any.
+  /// The state set last is accepted: the ground takes its ruts. Adds to `lost`, J by force, what is lost at that
+  /// instant; whether there is any.
   bool commit(Eigen::VectorXd& lost);
   const std::vector<Rut>& ruts() const { return ruts_; }
 

@@ -76,7 +76,8 @@ Pieces pieces_of(std::span<const dem::Sphere> spheres, std::span<const std::arra
 
 Outcome Shatter::run(const Sample& sample, std::size_t packing) const {
   if (!sample.clumps.empty())
-    throw std::invalid_argument("counts pieces of spheres, and the grains are clumps; give the `test.radius` of spheres");
+    throw std::invalid_argument(
+        "counts pieces of spheres, and the grains are clumps; give the `test.radius` of spheres");
   const double d = sample.diameter, r = radius.value_or(4 * d), side = 2 * r + 2 * d;
   const dem::Law& law = sample.laws.laws[static_cast<std::size_t>(sample.laws.of(sample.grain, sample.grain))];
   Specimen specimen(sample, speed);
