@@ -64,7 +64,7 @@ PeriodicBlock block_of(Bed& bed, std::span<const int> boundary_of) {
     c.first_sphere = number.at(c.first_sphere), c.id = c.first_sphere;
     const std::vector<ClumpMember>& members = out.shapes[c.shape].members;
     for (std::size_t m = 0; m < members.size(); ++m) {
-      Vec3& x = spheres[c.first_sphere + m].x;  // the period goes on along x
+      Vec3& x = spheres[c.first_sphere + m].x;  // the period repeats along x
       x.x -= cell.periods(x - c.position - c.attitude.rotate(members[m].at)).x;
     }
     out.clumps.push_back(c);
@@ -139,7 +139,7 @@ MovingBed::MovingBed(PeriodicBlock block, const MovingBedPlan& plan) : block_(st
     char text[200];
     std::snprintf(
         text, sizeof text,
-        "the settled bed is %.4g m long and goes on by %.4g m: both must be two diameters of the largest grain, %.4g "
+        "the settled bed is %.4g m long and advances by %.4g m: both must be two diameters of the largest grain, %.4g "
         "m, or more",
         block_.length, plan.step, held_);
     refuse_block(text);
@@ -362,14 +362,13 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
   bed.insert(added);
   bed.release_if([&](const Sphere& s) { return let_go(s) && is_loose(s); });
   bed.join(clumps_in(next));
-  std::vector<std::uint32_t> held, gone;  // by now: a clump that falls apart is asked for no more
-  for (const Sphere& s : bed.spheres())
-    if (leaves(s)) (is_behind(s) || is_over(s) ? gone : held).push_back(s.id);
-  const auto among = [](std::vector<std::uint32_t>& ids) {
-    std::sort(ids.begin(), ids.end());
-    return [&ids](const Sphere& s) { return std::binary_search(ids.begin(), ids.end(), s.id); };
+  const auto awaits = [&](Fate fate) {
+    return [&fates, fate](const Sphere& s) {
+      const auto at = fates.find(s.id);
+      return at != fates.end() && at->second == fate;
+    };
   };
-  bed.fix_if(among(held));
+  bed.fix_if(awaits(Fate::held));
   bed.count_removed(ended - more.stored);
   for (const int wall : walls) {
     Boundary& b = bed.boundary(wall);
@@ -377,7 +376,7 @@ void MovingBed::advance(Bed& bed, std::span<const int> walls) {
     b.pose_before = b.pose;  // no motion that does work
   }
   ++advanced_;
-  bed.remove_if(among(gone));
+  bed.remove_if(awaits(Fate::gone));
 }
 
 void MovingBed::archive(Archive& a) {

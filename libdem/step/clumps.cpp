@@ -12,6 +12,7 @@ namespace subsoil::dem {
 int Clumps::add_shape(ClumpShape shape) {
   if (shape.members.empty()) throw std::invalid_argument("clump " + shape.name + ": has no sphere");
   shares_.push_back(shares_by_volume(shape));
+  widest_gap_ = std::max(widest_gap_, dem::widest_gap(shape));
   shapes_.push_back(std::move(shape));
   return static_cast<int>(shapes_.size()) - 1;
 }
@@ -120,12 +121,6 @@ double Clumps::go_round(const Sphere& member, const Vec3& periods, const Vec3& g
   if (member.id != c.first_sphere) return 0;
   c.position += periods;
   return shapes_[c.shape].mass * dot(gravity, periods);
-}
-
-double Clumps::widest_gap() const {
-  double widest = 0;
-  for (const ClumpShape& shape : shapes_) widest = std::max(widest, dem::widest_gap(shape));
-  return widest;
 }
 
 void Clumps::find(std::span<const Sphere> spheres, const PeriodicCell& cell) {

@@ -74,7 +74,7 @@ class Clumps {
   double take_out(const Vec3& gravity);
   /// A sphere of a clump has gone round by whole periods. Returns the energy that the clump leaves behind, J.
   double go_round(const Sphere& member, const Vec3& periods, const Vec3& gravity);
-  double widest_gap() const;  ///< between centres of two members of one clump, at most, m
+  double widest_gap() const { return widest_gap_; }  ///< between centres of two members of one clump, at most, m
   /// For new lists, before the blocks are laid out.
   void find(std::span<const Sphere> spheres, const PeriodicCell& cell);
   void drop_pairs(NeighbourList& list, const PeriodicImages& images) const;  ///< of members of one clump
@@ -121,6 +121,7 @@ class Clumps {
 
   std::vector<ClumpShape> shapes_;
   std::vector<std::vector<double>> shares_;  ///< of each shape's members in its mass
+  double widest_gap_ = 0;                    ///< of all shapes, m
   std::vector<Clump> clumps_;                ///< in the order in which they came
   std::uint32_t next_id_ = 0;
   std::vector<std::uint32_t> of_id_;      ///< clump by id of the sphere

@@ -32,6 +32,7 @@ Integrator::Integrator(System& system) : system_(system), partition_(system), sw
 
 void Integrator::start(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& velocity) {
   hide(), dense_ = {}, ++starts_;
+  std::fill(stuck_since_.begin(), stuck_since_.end(), std::numeric_limits<double>::quiet_NaN());
   now_.t = t, now_.q = q, now_.velocity = velocity;
   flows_.of_elements.setZero(), lost_at_once_.setZero();
   flows_.external_work = flows_.latched = 0;
@@ -502,6 +503,7 @@ Snapshot Integrator::save() const {
 // state continues as another one does.
 void Integrator::restore(const Snapshot& from) {
   hide(), dense_ = {}, ++starts_;
+  std::fill(stuck_since_.begin(), stuck_since_.end(), std::numeric_limits<double>::quiet_NaN());
   now_.t = from.time;
   take(from.pose, now_.q, "pose");
   take(from.velocity, now_.velocity, "velocity");

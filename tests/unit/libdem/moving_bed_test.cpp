@@ -203,6 +203,22 @@ Archive kept(MovingBed moving) {
   return out;
 }
 
+/// The window as a file keeps it.
+Window again(const Window& of, const BedOptions& o) {
+  Window out{Bed(table(kLaw), o), MovingBed(of.moving.block(), of.moving.plan()), {}, {}};
+  for (const ClumpShape& shape : of.bed.clump_shapes()) out.bed.add_shape(shape);
+  add_floor(out.bed);
+  Boundary tool;
+  tool.shape = of.bed.boundary(of.tool.boundary).shape;
+  out.bed.add(std::move(tool));
+  out.tool = of.tool;
+  out.bed.restore(of.bed.save());
+  Archive moving = kept(of.moving).to_read();
+  out.moving.archive(moving);
+  moving.end();
+  return out;
+}
+
 /// What its copies do is what the periodic bed does when it is stepped on: it relaxes a little after it was stopped. At
 /// the ends of the window, where spheres are held, and where they are let go, forces change by no more than they do
 /// there; when the window goes on, by what the dashpots of contacts pull whose spheres are held or let go.
@@ -379,18 +395,7 @@ TEST(MovingBed, SameBitsOnAnyNumberOfThreadsAndAfterARestart) {
     EXPECT_EQ(one.moving.advanced(), 2);
     EXPECT_EQ(hash(one.bed), hash(two.bed));
     EXPECT_EQ(kept(one.moving), kept(two.moving));
-    // As a file keeps it.
-    Window second{
-        Bed(table(kLaw), options(1, precision)), MovingBed(first.moving.block(), first.moving.plan()), {}, {}};
-    add_floor(second.bed);
-    Boundary tool;
-    tool.shape = first.bed.boundary(first.tool.boundary).shape;
-    second.bed.add(std::move(tool));
-    second.tool = first.tool;
-    second.bed.restore(first.bed.save());
-    Archive moving = kept(first.moving).to_read();
-    second.moving.archive(moving);
-    moving.end();
+    Window second = again(first, options(1, precision));
     EXPECT_EQ(second.moving.advanced(), 1);
     second.pass(half);
     EXPECT_EQ(hash(one.bed), hash(second.bed));
@@ -492,17 +497,7 @@ TEST(MovingBed, ClumpsUnderAToolAreBookedWithTheSameBits) {
   EXPECT_EQ(hash(one.bed), hash(two.bed));
   EXPECT_EQ(momenta(one.bed), momenta(two.bed));
   EXPECT_EQ(kept(one.moving), kept(two.moving));
-  Window second{Bed(table(kLaw), options()), MovingBed(first.moving.block(), first.moving.plan()), {}, {}};
-  for (const ClumpShape& shape : first.bed.clump_shapes()) second.bed.add_shape(shape);
-  add_floor(second.bed);
-  Boundary tool;
-  tool.shape = first.bed.boundary(first.tool.boundary).shape;
-  second.bed.add(std::move(tool));
-  second.tool = first.tool;
-  second.bed.restore(first.bed.save());
-  Archive moving = kept(first.moving).to_read();
-  second.moving.archive(moving);
-  moving.end();
+  Window second = again(first, options());
   second.pass(half, true);
   EXPECT_EQ(hash(one.bed), hash(second.bed));
   EXPECT_EQ(momenta(one.bed), momenta(second.bed));
