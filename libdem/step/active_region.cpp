@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libdem/geometry/world_box.hpp"
+#include "libdem/step/clumps.hpp"
 
 namespace subsoil::dem {
 namespace {
@@ -46,15 +47,22 @@ void ActiveRegion::set_rule(const std::optional<ActiveRule>& rule) {
   balance_.clear();
 }
 
+/// As the next step would begin, which decides on what the last one found; that step finds it all the same.
 void ActiveRegion::keep(std::span<Sphere> spheres) {
+  const auto states = states_;
+  const auto clumps = clumps_;
+  const auto outcomes = outcomes_;
+  const bool changed = changed_;
+  take_outcomes();
+  const auto calm = [](const auto& s, bool asleep) -> std::uint8_t { return !asleep ? 0 : s.fresh ? kFresh : kFrozen; };
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const State& s = states_[k];
-    const bool wakes = outcomes_[k] == Outcome::moves;
-    const bool fresh = s.freezes || (s.fresh && outcomes_[k] != Outcome::rests);
-    const std::uint8_t calm = wakes || !(s.frozen || s.freezes) ? 0 : fresh ? kFresh : kFrozen;
     const std::size_t begin = k * kParticleBlock, end = std::min<std::size_t>(begin + kParticleBlock, count_);
-    for (std::size_t i = begin; i < end; ++i) spheres[i].calm = calm, balance_[i].slow = wakes ? 0 : s.slow;
+    for (std::size_t i = begin; i < end; ++i) spheres[i].calm = calm(s, s.frozen), balance_[i].slow = s.slow;
   }
+  for (std::size_t c = 0; c < clumps_.size(); ++c)
+    for (const std::uint32_t i : members(c)) spheres[i].calm = calm(clumps_[c], clumps_[c].asleep);
+  states_ = states, clumps_ = clumps, outcomes_ = outcomes, changed_ = changed;
 }
 
 void ActiveRegion::sort(const std::vector<std::uint32_t>& new_index, std::size_t count) {
@@ -65,8 +73,8 @@ void ActiveRegion::sort(const std::vector<std::uint32_t>& new_index, std::size_t
   balance_ = std::move(sorted);
 }
 
-void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, double mean_radius,
-                               double cutoff, int threads) {
+void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore& particles, const Clumps& clumps,
+                               double mean_radius, double cutoff, int threads) {
   if (!on()) return;
   const std::size_t blocks = contacts.particle_blocks.size();
   count_ = particles.size(), mean_radius_ = mean_radius;
@@ -91,7 +99,30 @@ void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore
       state.fresh = false;
   }
   find_partners(contacts, threads);
+  find_clumps(clumps, particles);
   changed_ = true;
+}
+
+void ActiveRegion::find_clumps(const Clumps& clumps, const ParticleStore& particles) {
+  const std::size_t count = clumps.all().size();
+  clumps_.assign(count, {});
+  members_begin_.assign(1, 0), members_.clear();
+  std::vector<std::vector<std::uint32_t>> of(count > 0 ? states_.size() : 0);
+  for (std::uint32_t c = 0; c < count; ++c) {
+    for (const std::uint32_t i : clumps.members(c)) {
+      members_.push_back(i);
+      std::vector<std::uint32_t>& here = of[i / kParticleBlock];
+      if (here.empty() || here.back() != c) here.push_back(c);
+    }
+    const std::uint8_t calm = particles[members_[members_begin_.back()]].calm;
+    clumps_[c].asleep = calm >= kFresh, clumps_[c].fresh = calm == kFresh;
+    members_begin_.push_back(static_cast<std::uint32_t>(members_.size()));
+  }
+  clumps_begin_.assign(1, 0), clumps_of_.clear();
+  for (const auto& here : of) {
+    clumps_of_.insert(clumps_of_.end(), here.begin(), here.end());
+    clumps_begin_.push_back(static_cast<std::uint32_t>(clumps_of_.size()));
+  }
 }
 
 /// Blocks that share a pair of the lists, from both sides.
@@ -164,18 +195,65 @@ void ActiveRegion::take_outcomes() {
       changed_ = true;
     }
   }
+  for (std::uint32_t c = 0; c < clumps_.size(); ++c) {
+    ClumpState& s = clumps_[c];
+    const Outcome outcome = std::exchange(s.outcome, Outcome::none);
+    if (outcome == Outcome::moves)
+      wake_clump(c);
+    else if (outcome == Outcome::rests && std::exchange(s.fresh, false))
+      changed_ = true;
+  }
+  fall_asleep();
+}
+
+/// What the neighbours of those that fall asleep get from them is constant from now on.
+void ActiveRegion::fall_asleep() {
+  std::vector<std::size_t> rest;  // blocks where something does
+  for (std::size_t c = 0; c < clumps_.size(); ++c) {
+    if (!std::exchange(clumps_[c].freezes, false)) continue;
+    clumps_[c].asleep = true;
+    for (const std::uint32_t i : members(c)) rest.push_back(i / kParticleBlock);
+  }
   for (std::size_t k = 0; k < states_.size(); ++k) {
     if (!std::exchange(states_[k].freezes, false)) continue;
-    states_[k].frozen = states_[k].fresh = changed_ = true;
-    // What they get from it is constant from now on.
-    for (const std::uint32_t n : neighbours(k)) states_[n].fresh = states_[n].frozen;
+    const auto of = clumps_of(k);  // one may have woken in this very step
+    states_[k].frozen = std::all_of(of.begin(), of.end(), [&](std::uint32_t c) { return clumps_[c].asleep; });
+    rest.push_back(k);
+  }
+  if (rest.empty()) return;
+  changed_ = true;
+  std::vector<char> renewed(states_.size(), 0);
+  for (const std::size_t k : rest) {
+    if (renewed[k] == 2) continue;
+    renewed[k] = 2;
+    for (const std::uint32_t n : neighbours(k)) renewed[n] = std::max<char>(renewed[n], 1);
+  }
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    if (renewed[k] == 0) continue;
+    states_[k].fresh = states_[k].frozen;
+    for (const std::uint32_t c : clumps_of(k)) clumps_[c].fresh = clumps_[c].asleep;
   }
 }
 
+/// All that sleeps in a block that moves from now on. Blocks that wake with a clump have others that sleep on.
 void ActiveRegion::wake(std::size_t block) {
   State& s = states_[block];
   s.frozen = s.fresh = false, s.slow = 0;
   changed_ = true;
+  wake_what_sleeps(block);
+}
+
+void ActiveRegion::wake_what_sleeps(std::size_t block) {
+  if (states_[block].frozen) return wake(block);
+  for (const std::uint32_t c : clumps_of(block))
+    if (clumps_[c].asleep) wake_clump(c);
+}
+
+void ActiveRegion::wake_clump(std::uint32_t clump) {
+  clumps_[clump].asleep = clumps_[clump].fresh = false;
+  changed_ = true;
+  for (const std::uint32_t i : members(clump))
+    if (State& s = state_of(i); s.frozen) s.frozen = s.fresh = false, s.slow = 0;
 }
 
 void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
@@ -183,8 +261,8 @@ void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
     if (states_[k].frozen) continue;
     states_[k].speed2 = std::max(states_[k].speed2, sums[k].speed2);
     if (sums[k].speed2 < limit2()) continue;
-    for (const std::uint32_t n : neighbours(k))
-      if (states_[n].frozen) wake(n);
+    wake_what_sleeps(k);
+    for (const std::uint32_t n : neighbours(k)) wake_what_sleeps(n);
   }
 }
 
@@ -203,7 +281,7 @@ void ActiveRegion::find_near(std::span<const Boundary> boundaries) {
     for (std::size_t k = 0; k < states_.size(); ++k)
       if (distance(boxes_[k], b) <= rule_->within) {
         states_[k].near = true;
-        if (states_[k].frozen) wake(k);
+        wake_what_sleeps(k);
       }
   }
 }
@@ -218,15 +296,28 @@ bool ActiveRegion::may_freeze(std::size_t block) const {
 /// Speeds of centres have been watched; what is left are spheres that turn on the spot. About the normal of a contact
 /// nothing brakes them unless the law resists torsion: one in a hundred turns for seconds in a bed at rest.
 void ActiveRegion::choose_freezing(const ParticleStore& particles) {
+  const auto turns = [&](std::uint32_t i) {
+    const Sphere s = particles.now(i);
+    if (is_fixed(s)) return !(s.v == Vec3{} && s.w == Vec3{});  // however slow, it keeps its velocity
+    return !(s.r * s.r * dot(s.w, s.w) < turning_limit_ * turning_limit_);
+  };
+  std::vector<char> may(states_.size());
+  for (std::size_t k = 0; k < states_.size(); ++k) may[k] = may_freeze(k);
+  for (std::size_t c = 0; c < clumps_.size(); ++c) {
+    const auto of = members(c);
+    clumps_[c].freezes = !clumps_[c].asleep && std::all_of(of.begin(), of.end(), [&](std::uint32_t i) {
+      return may[i / kParticleBlock] != 0 && !turns(i);
+    });
+  }
   for (std::size_t k = 0; k < states_.size(); ++k) {
-    if (!may_freeze(k)) continue;
+    const auto of = clumps_of(k);
+    if (may[k] == 0 ||
+        !std::all_of(of.begin(), of.end(), [&](std::uint32_t c) { return clumps_[c].asleep || clumps_[c].freezes; }))
+      continue;
     const std::size_t begin = k * kParticleBlock, end = std::min<std::size_t>(begin + kParticleBlock, count_);
-    double turning2 = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Sphere s = particles.now(static_cast<std::uint32_t>(i));
-      turning2 = std::max(turning2, s.r * s.r * dot(s.w, s.w));
-    }
-    states_[k].freezes = turning2 < turning_limit_ * turning_limit_;
+    states_[k].freezes = true;
+    for (std::size_t i = begin; i < end && states_[k].freezes; ++i)
+      states_[k].freezes = !turns(static_cast<std::uint32_t>(i));
   }
 }
 
@@ -253,6 +344,10 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, bool snapshot, 
     states_[k].evaluated = true;
     for (const std::uint32_t n : earlier(k)) states_[n].evaluated = true;
   }
+  for (std::size_t c = 0; c < clumps_.size(); ++c) {
+    ClumpState& s = clumps_[c];
+    s.checked = s.asleep && (s.fresh || all || (check && is_beside_moving(c)));
+  }
   for (State& s : states_) {
     s.observed = s.observed && !s.evaluated;
     s.evaluated = s.evaluated || s.observed;
@@ -270,15 +365,15 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, bool snapshot, 
   }
 }
 
-bool ActiveRegion::rests(std::size_t block, std::size_t sphere, const Vec3& acceleration, const Vec3& turn) {
-  const State& s = states_[block];
+bool ActiveRegion::balanced(bool fresh, bool beside_moving, std::size_t sphere, const Vec3& acceleration,
+                            const Vec3& turn) {
   Balance& b = balance_[sphere];
-  if (s.fresh) {
+  if (fresh) {
     b = {.slow = 0, .acceleration = acceleration, .turn = turn, .change = {}, .turn_change = {}};
     return true;
   }
   const auto take = [&](const Vec3& now, const Vec3& at_rest, Vec3& change) {
-    if (!s.beside_moving)
+    if (!beside_moving)
       change = now - at_rest;
     else
       change += gain_ * (now - at_rest - change);
@@ -286,6 +381,22 @@ bool ActiveRegion::rests(std::size_t block, std::size_t sphere, const Vec3& acce
   };
   const bool moves = take(acceleration, b.acceleration, b.change), turns = take(turn, b.turn, b.turn_change);
   return moves && turns;
+}
+
+bool ActiveRegion::rests(std::size_t block, std::size_t sphere, const Vec3& acceleration, const Vec3& turn) {
+  return balanced(states_[block].fresh, states_[block].beside_moving, sphere, acceleration, turn);
+}
+
+bool ActiveRegion::is_beside_moving(std::size_t clump) const {
+  const auto of = members(clump);
+  return std::any_of(of.begin(), of.end(),
+                     [&](std::uint32_t i) { return !state_of(i).frozen || state_of(i).beside_moving; });
+}
+
+void ActiveRegion::check_clump(std::size_t clump, const Vec3& acceleration, const Vec3& turn) {
+  ClumpState& s = clumps_[clump];
+  const bool rests = balanced(s.fresh, is_beside_moving(clump), members(clump).front(), acceleration, turn);
+  s.outcome = rests ? Outcome::rests : Outcome::moves;
 }
 
 void ActiveRegion::archive(Archive& a, std::size_t count) {
@@ -315,6 +426,8 @@ std::size_t ActiveRegion::frozen_spheres() const {
   std::size_t frozen = 0;
   for (std::size_t k = 0; k < states_.size(); ++k)
     if (states_[k].frozen) frozen += std::min<std::size_t>(kParticleBlock, count_ - k * kParticleBlock);
+  for (std::size_t c = 0; c < clumps_.size(); ++c)
+    for (const std::uint32_t i : members(c)) frozen += clumps_[c].asleep && !state_of(i).frozen ? 1 : 0;
   return frozen;
 }
 

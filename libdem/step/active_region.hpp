@@ -13,6 +13,8 @@
 
 namespace subsoil::dem {
 
+class Clumps;
+
 /// Which particle blocks move, and which of the others are evaluated in a step (docs/theory, section 8.1). Without a
 /// rule all move.
 ///
@@ -24,8 +26,12 @@ namespace subsoil::dem {
 /// |---|---|---|
 /// | neighbours, boxes       | `begin_lists`: rebuilds                            | `plan`                 |
 /// | states                  | `plan`, before each step, one thread               | every worker           |
-/// | outcomes, balance       | the worker of the particle block, during the sweep | `plan` of the next step |
-/// | balance, `Sphere::calm` | `keep` and `sort`: rebuilds                        | saved state            |
+/// | outcomes, balance       | the worker of the particle block, during the sweep; of clumps: `Clumps::move` | `plan`
+/// of the next step | | balance, `Sphere::calm` | `keep` and `sort`: rebuilds                        | saved state |
+///
+/// A clump sleeps as a whole, whether or not its blocks do: a block whose spheres sleep has sleeping clumps only, but a
+/// sleeping clump may have members in blocks that move, where they stay in place. So no chain of clumps that share
+/// blocks has to fall asleep, or wake, together. Its record is that of its first member.
 ///
 /// All is decided between two steps, from what particle blocks and boundaries did: the same for any number of threads.
 class ActiveRegion {
@@ -39,10 +45,10 @@ class ActiveRegion {
   /// Records as the spheres. @param new_index by index before, kGone of those that leave
   void sort(const std::vector<std::uint32_t>& new_index, std::size_t count);
   /// @param cutoff by which the lists go beyond the surfaces of two spheres, m
-  void begin_lists(const ContactStore& contacts, const ParticleStore& particles, double mean_radius, double cutoff,
-                   int threads);
-  void forget() { states_.clear(), count_ = 0; }  ///< spheres are others
-  void check_all() { check_all_ = true; }         ///< something else than neighbours and surfaces changed the forces
+  void begin_lists(const ContactStore& contacts, const ParticleStore& particles, const Clumps& clumps,
+                   double mean_radius, double cutoff, int threads);
+  void forget() { states_.clear(), clumps_.clear(), count_ = 0; }  ///< spheres are others
+  void check_all() { check_all_ = true; }  ///< something else than neighbours and surfaces changed the forces
 
   // Saved state: of spheres, in their order, and of blocks of the same lists.
   void archive(Archive& a, std::size_t count);
@@ -67,6 +73,13 @@ class ActiveRegion {
   bool rests(std::size_t block, std::size_t sphere, const Vec3& acceleration, const Vec3& turn);
   /// Of a block that is checked.
   void found(std::size_t block, bool balanced) { outcomes_[block] = balanced ? Outcome::rests : Outcome::moves; }
+
+  // What `Clumps` asks of a clump after the sweep.
+  bool clump_moves(std::size_t clump) const { return clumps_.empty() || !clumps_[clump].asleep; }
+  bool clump_freezes(std::size_t clump) const { return !clumps_.empty() && clumps_[clump].freezes; }
+  bool checks_clump(std::size_t clump) const { return !clumps_.empty() && clumps_[clump].checked; }
+  /// Of one that is checked. @param turn by its moment, of the point farthest from its centre, m/s2
+  void check_clump(std::size_t clump, const Vec3& acceleration, const Vec3& turn);
 
   std::size_t frozen_spheres() const;
 
@@ -105,6 +118,13 @@ class ActiveRegion {
     }
   };
   enum class Outcome : std::uint8_t { none, rests, moves };
+  struct ClumpState {
+    bool asleep = false;   ///< its members stay where they are
+    bool freezes = false;  ///< in this step
+    bool fresh = false;    ///< as State
+    bool checked = false;  ///< asleep, and its forces are complete in this step
+    Outcome outcome = Outcome::none;
+  };
 
   void take_outcomes();
   void watch_speeds(std::span<const BlockSums> sums);
@@ -114,6 +134,12 @@ class ActiveRegion {
   bool may_freeze(std::size_t block) const;
   void mark(bool check, bool all, bool all_energies, bool snapshot, ContactStore& contacts);
   void wake(std::size_t block);
+  void wake_what_sleeps(std::size_t block);
+  void wake_clump(std::uint32_t clump);
+  void fall_asleep();
+  void find_clumps(const Clumps& clumps, const ParticleStore& particles);
+  bool is_beside_moving(std::size_t clump) const;
+  bool balanced(bool fresh, bool beside_moving, std::size_t sphere, const Vec3& acceleration, const Vec3& turn);
   double limit2() const { return speed_limit_ * speed_limit_; }
 
   /// Of a block: those that its spheres are first particles to, then those that they are second particles to.
@@ -127,6 +153,16 @@ class ActiveRegion {
     return std::span(partners_).subspan(begin_[block], begin_[block + 1] - begin_[block]);
   }
   void find_partners(const ContactStore& contacts, int threads);
+
+  std::span<const std::uint32_t> members(std::size_t clump) const {
+    return std::span(members_).subspan(members_begin_[clump], members_begin_[clump + 1] - members_begin_[clump]);
+  }
+  std::span<const std::uint32_t> clumps_of(std::size_t block) const {
+    if (clumps_.empty()) return {};
+    return std::span(clumps_of_).subspan(clumps_begin_[block], clumps_begin_[block + 1] - clumps_begin_[block]);
+  }
+  State& state_of(std::uint32_t sphere) { return states_[sphere / kParticleBlock]; }
+  const State& state_of(std::uint32_t sphere) const { return states_[sphere / kParticleBlock]; }
 
   std::optional<ActiveRule> rule_;
   bool check_all_ = false, changed_ = true, plain_ = false, observed_ = false;
@@ -143,7 +179,10 @@ class ActiveRegion {
   std::vector<char> was_evaluated_;  ///< in the step before; kept for its storage
   std::vector<Outcome> outcomes_;
   std::vector<std::uint32_t> begin_, middle_, partners_;
-  std::vector<Bounds> boxes_;  ///< that no sphere leaves while the lists hold
+  std::vector<ClumpState> clumps_;                       ///< in the order of `Clumps`
+  std::vector<std::uint32_t> members_begin_, members_;   ///< spheres of each, its first one first
+  std::vector<std::uint32_t> clumps_begin_, clumps_of_;  ///< clumps of each block
+  std::vector<Bounds> boxes_;                            ///< that no sphere leaves while the lists hold
 };
 
 }  // namespace subsoil::dem

@@ -92,8 +92,6 @@ int Bed::add_shape(ClumpShape shape) { return impl_->clumps.add_shape(std::move(
 void Bed::add(std::span<const ClumpSpec> clumps) {
   if (clumps.empty()) return;
   Impl& bed = *impl_;
-  if (bed.region.on())
-    throw std::invalid_argument("clumps cannot be frozen: take the active region away, or leave the clumps out");
   bed.balance.fold(bed.surfaces.chunks);
   bed.particles.sync_from_mixed(bed.threads);
   require_free_numbers(bed, clumps);
@@ -267,15 +265,17 @@ void Bed::Impl::move_clumps(double dt, const Request& request) {
     work_of_forces.begin_step();
     work_of_forces.until += 0.5 * now.dt_before * clumps.power_of_forces(particles);
   }
-  if (request.energy) energy_of_clumps = clumps.energy(options.gravity, now.dt_before, dt);
+  if (request.energy) energy_of_clumps = clumps.energy(region, options.gravity, now.dt_before, dt);
   if (!clumps.any()) return;
-  if (request.snapshot != nullptr) clumps.complete(*request.snapshot, particles, options.gravity, now.dt_before);
-  clumps.move(particles, options.gravity, now.dt_before, dt, threads);
+  if (request.snapshot != nullptr)
+    clumps.complete(*request.snapshot, region, particles, options.gravity, now.dt_before);
+  balance.frozen_before += clumps.move(region, particles, options.gravity, now.dt_before, dt, threads);
   if (forced) work_of_forces.ahead = 0.5 * dt * clumps.power_of_forces(particles);
-  clumps.extremes(contacts.particle_blocks, particles, threads, [&](std::size_t k, double speed2, double squares) {
-    balance.of_block[k].speed2 = speed2, balance.of_block[k].squares = squares;
-    paths.moved(k, std::sqrt(speed2) * dt);
-  });
+  clumps.extremes(region, contacts.particle_blocks, particles, threads,
+                  [&](std::size_t k, double speed2, double squares) {
+                    balance.of_block[k].speed2 = speed2, balance.of_block[k].squares = squares;
+                    paths.moved(k, std::sqrt(speed2) * dt);
+                  });
 }
 
 void Bed::Impl::form_due_bonds(double until) {
@@ -350,7 +350,6 @@ void Bed::set_active(const std::optional<ActiveRule>& rule) {
   if (rule && impl_->forces.any())
     throw std::invalid_argument(
         "active bed: forces of a program on its spheres may change while these sleep; leave one of them out");
-  if (rule && impl_->clumps.any()) throw std::invalid_argument("active bed: clumps cannot be frozen");
   impl_->region.set_rule(rule);
   for (Sphere& s : impl_->particles.spheres()) s.calm = 0;
   impl_->criterion.invalidate();  // what is known of blocks comes with new lists

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libdem/particles/rigid_rotation.hpp"
+#include "libdem/step/active_region.hpp"
 
 namespace subsoil::dem {
 int Clumps::add_shape(ClumpShape shape) {
@@ -176,29 +177,39 @@ Clumps::Loaded Clumps::gathered(std::size_t clump) const {
   return sum;
 }
 
-BodyEnergy Clumps::energy(const Vec3& gravity, double before, double dt) const {
+BodyEnergy Clumps::energy_of(std::size_t clump, const Vec3& gravity, double before, double dt) const {
   BodyEnergy out;
   const double half = 0.5 * before, ratio = before > 0 ? dt / before : 0;
+  const Clump& c = clumps_[clump];
+  const ClumpShape& shape = shapes_[c.shape];
+  const Loaded sum = gathered(clump);
+  const Vec3 gain = half * ((1 / shape.mass) * sum.force + gravity), v = c.velocity + gain;
+  const Vec3 turn = half * sum.moment, l = c.angular_momentum + turn;
+  out.kinetic = 0.5 * shape.mass * (dot(v, v) - ratio * dot(gain, gain));
+  out.rotational = 0.5 * (dot(l, angular_velocity_of(c.attitude, shape.inertia, l)) -
+                          ratio * dot(turn, angular_velocity_of(c.attitude, shape.inertia, turn)));
+  out.potential = -shape.mass * dot(gravity, c.position);
+  return out;
+}
+
+BodyEnergy Clumps::energy(const ActiveRegion& region, const Vec3& gravity, double before, double dt) const {
+  BodyEnergy out;
   for (std::size_t k = 0; k < clumps_.size(); ++k) {
-    const Clump& c = clumps_[k];
-    const ClumpShape& shape = shapes_[c.shape];
-    const Loaded sum = gathered(k);
-    const Vec3 gain = half * ((1 / shape.mass) * sum.force + gravity), v = c.velocity + gain;
-    const Vec3 turn = half * sum.moment, l = c.angular_momentum + turn;
-    out.kinetic += 0.5 * shape.mass * (dot(v, v) - ratio * dot(gain, gain));
-    out.rotational += 0.5 * (dot(l, angular_velocity_of(c.attitude, shape.inertia, l)) -
-                             ratio * dot(turn, angular_velocity_of(c.attitude, shape.inertia, turn)));
-    out.potential -= shape.mass * dot(gravity, c.position);
+    const BodyEnergy one = energy_of(k, gravity, before, dt);
+    const bool rests = region.clump_freezes(k) || !region.clump_moves(k);
+    if (!rests) out.kinetic += one.kinetic, out.rotational += one.rotational;
+    out.potential += one.potential;
   }
   return out;
 }
 
-void Clumps::complete(Snapshot& out, const ParticleStore& particles, const Vec3& gravity, double before) const {
-  const double half = 0.5 * before;
+void Clumps::complete(Snapshot& out, const ActiveRegion& region, const ParticleStore& particles, const Vec3& gravity,
+                      double before) const {
   for (std::size_t k = 0; k < clumps_.size(); ++k) {
     const Clump& c = clumps_[k];
     const ClumpShape& shape = shapes_[c.shape];
     const Loaded sum = gathered(k);
+    const double half = region.clump_moves(k) ? 0.5 * before : 0;
     const Vec3 v = c.velocity + half * ((1 / shape.mass) * sum.force + gravity);
     const Vec3 w = angular_velocity_of(c.attitude, shape.inertia, c.angular_momentum + half * sum.moment);
     for (std::uint32_t e = begin_[k]; e < begin_[k + 1]; ++e) {
@@ -211,12 +222,32 @@ void Clumps::complete(Snapshot& out, const ParticleStore& particles, const Vec3&
   }
 }
 
-void Clumps::move(ParticleStore& particles, const Vec3& gravity, double before, double dt, int threads) {
+void Clumps::check(ActiveRegion& region, std::size_t clump, const Vec3& gravity) const {
+  if (!region.checks_clump(clump)) return;
+  const Clump& c = clumps_[clump];
+  const ClumpShape& shape = shapes_[c.shape];
+  const Loaded sum = gathered(clump);
+  region.check_clump(clump, (1 / shape.mass) * sum.force + gravity,
+                     shape.reach * angular_velocity_of(c.attitude, shape.inertia, sum.moment));
+}
+
+double Clumps::move(ActiveRegion& region, ParticleStore& particles, const Vec3& gravity, double before, double dt,
+                    int threads) {
   const double kick = 0.5 * (dt + before);
   const auto count = static_cast<long>(clumps_.size());
+  double frozen = 0;
+  for (std::size_t k = 0; k < clumps_.size(); ++k) {
+    if (!region.clump_freezes(k)) continue;
+    const BodyEnergy had = energy_of(k, gravity, before, dt);
+    frozen += had.kinetic + had.rotational;
+    clumps_[k].velocity = clumps_[k].angular_momentum = {};
+    for (const std::uint32_t i : members(k)) particles.stop(i);
+  }
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (long n = 0; n < count; ++n) {
     const auto k = static_cast<std::size_t>(n);
+    if (!region.clump_moves(k)) check(region, k, gravity);
+    if (region.clump_freezes(k) || !region.clump_moves(k)) continue;
     Clump& c = clumps_[k];
     const ClumpShape& shape = shapes_[c.shape];
     const Loaded sum = gathered(k);
@@ -236,15 +267,16 @@ void Clumps::move(ParticleStore& particles, const Vec3& gravity, double before, 
       if (particles.is_mixed()) particles.mixed()[sphere_of_[e]] = rounded(s, particles.mass_in_contact(sphere_of_[e]));
     }
   }
+  return frozen;
 }
 
-void Clumps::extremes(std::span<const ParticleBlock> blocks, const ParticleStore& particles, int threads,
-                      const std::function<void(std::size_t, double, double)>& use) const {
+void Clumps::extremes(const ActiveRegion& region, std::span<const ParticleBlock> blocks, const ParticleStore& particles,
+                      int threads, const std::function<void(std::size_t, double, double)>& use) const {
   const auto count = static_cast<long>(blocks.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (long n = 0; n < count; ++n) {
     const auto b = static_cast<std::size_t>(n);
-    if (of_block(b).empty()) continue;
+    if (of_block(b).empty() || !region.moves(b)) continue;
     double speed2 = 0, squares = 0;
     for (std::uint32_t i = blocks[b].begin; i < blocks[b].end; ++i) {
       const Sphere s = particles.now(i);
@@ -277,6 +309,13 @@ void Clumps::archive(Archive& a) {
       throw std::invalid_argument(
           "restart: the state has clumps of a shape that the scenario lacks; use the scenario it was written from");
   }
+}
+
+void Clumps::archive_lists(Archive& a) {
+  std::vector<Load> loads = loads_;
+  a("loads", loads);
+  if (loads.size() != loads_.size()) Archive::refuse("loads");
+  loads_ = std::move(loads);
 }
 
 void Clumps::find_members(const std::function<bool(std::uint32_t)>& there) {

@@ -13,6 +13,7 @@
 
 namespace subsoil::dem {
 
+class ActiveRegion;
 class SphereForces;
 
 /// Rigid grains of several spheres. Their members are spheres of the bed like others: search, lists, laws and surfaces
@@ -46,6 +47,7 @@ class Clumps {
   };
   struct Load {
     Vec3 force, torque;  ///< N, N m about the member's centre
+    void archive(Archive& a) { a("force", force)("torque", torque); }
   };
 
   bool any() const { return !clumps_.empty(); }
@@ -87,6 +89,10 @@ class Clumps {
   }
   std::uint32_t clump_at(std::uint32_t sphere) const { return clump_at_[sphere]; }  ///< by index, of the lists
   Load& load(const Place& p) { return loads_[p.entry]; }
+  /// Indices of a clump's spheres in the store, in the lists.
+  std::span<const std::uint32_t> members(std::size_t clump) const {
+    return std::span(sphere_of_).subspan(begin_[clump], begin_[clump + 1] - begin_[clump]);
+  }
 
   // After it.
   /// Adds forces of users to those of the contacts, at the motion of t_n. @param before the step before t_n, s
@@ -95,19 +101,23 @@ class Clumps {
   /// Of these, by the velocities of the members' records, W.
   double power_of_forces(const ParticleStore& particles) const;
   /// Energies at t_n, in leapfrog's form (BedEnergy). @param before the step before t_n, s @param dt the one after it
-  BodyEnergy energy(const Vec3& gravity, double before, double dt) const;
+  BodyEnergy energy(const ActiveRegion& region, const Vec3& gravity, double before, double dt) const;
   /// Motion of the members at t_n and their share of the weight.
-  void complete(Snapshot& snapshot, const ParticleStore& particles, const Vec3& gravity, double before) const;
-  /// Kick and drift of all clumps, and their members to where they are then.
-  void move(ParticleStore& particles, const Vec3& gravity, double before, double dt, int threads);
+  void complete(Snapshot& snapshot, const ActiveRegion& region, const ParticleStore& particles, const Vec3& gravity,
+                double before) const;
+  /// Kick and drift of all clumps that are awake, and their members to where they are then. Those that sleep are
+  /// checked, those that fall asleep stop. Returns the kinetic energy of the latter, J.
+  double move(ActiveRegion& region, ParticleStore& particles, const Vec3& gravity, double before, double dt,
+              int threads);
   /// Extremes of velocities of the particle blocks with members, after the move.
-  void extremes(std::span<const ParticleBlock> blocks, const ParticleStore& particles, int threads,
-                const std::function<void(std::size_t block, double speed2, double squares)>& use) const;
+  void extremes(const ActiveRegion& region, std::span<const ParticleBlock> blocks, const ParticleStore& particles,
+                int threads, const std::function<void(std::size_t block, double speed2, double squares)>& use) const;
 
   void shift(const Vec3& offset);
   void stop();  ///< neither velocity nor rotation
 
-  void archive(Archive& a);  ///< the shapes stay
+  void archive(Archive& a);        ///< the shapes stay
+  void archive_lists(Archive& a);  ///< what members bear that sleep stays as it was summed last
   /// After that. Throws std::invalid_argument where a clump lacks a member. @param there whether the bed has a sphere
   /// of this id
   void find_members(const std::function<bool(std::uint32_t)>& there);
@@ -117,6 +127,8 @@ class Clumps {
     Vec3 force, moment;
   };
   Loaded gathered(std::size_t clump) const;  ///< from the contacts of its members
+  BodyEnergy energy_of(std::size_t clump, const Vec3& gravity, double before, double dt) const;
+  void check(ActiveRegion& region, std::size_t clump, const Vec3& gravity) const;
   void number_spheres();
 
   std::vector<ClumpShape> shapes_;

@@ -64,6 +64,8 @@ void Bed::Impl::archive_since_listed(Archive& a) {
   if (a.reads() ? a.has("work of forces") : forces.any()) a.group("work of forces", [&] { forces.archive_lists(a); });
   a("frozen before", balance.frozen_before);
   a.group("sleep", [&] { region.archive_lists(a, balance.of_block); });
+  if (a.reads() ? a.has("sleeping clumps") : region.on() && clumps.any())
+    a.group("sleeping clumps", [&] { clumps.archive_lists(a); });
 }
 
 void Bed::Impl::save_lists(Archive& a) {

@@ -132,7 +132,7 @@ void Bed::Impl::rebuild(const std::function<bool(const Sphere&)>& gone) {
   forces.begin_lists(contacts.particle_blocks.size());
   paths.begin(contacts.particle_blocks.size());
   region.sort(new_index, particles.size());
-  region.begin_lists(contacts, particles, statistics.mean, cutoff, threads);
+  region.begin_lists(contacts, particles, clumps, statistics.mean, cutoff, threads);
   work.begin_lists(contacts, surfaces, region, particles.is_mixed(), threads);
   criterion.begin(skin, particles, boundaries, statistics, std::move(grid), threads);
   particles.number_slots();

@@ -387,14 +387,17 @@ class Sweep {
   bool all_are_members() const { return bed_.clumps.of_block(own_).size() == block_->end - block_->begin; }
   /// What acts on them, out of the sums; their records.
   void take_members() {
+    take_loads();
     members_.clear();
+    for (const Clumps::Place& p : bed_.clumps.of_block(own_)) members_.push_back(bed_.particles.now(p.sphere));
+  }
+  void take_loads() {
     for (const Clumps::Place& p : bed_.clumps.of_block(own_)) {
       Clumps::Load& load = bed_.clumps.load(p);
       at(p.sphere, [&]<class Sum>(Sum& sum) {
         load.force = vector_of(sum.f), load.torque = vector_of(sum.t);
         sum = Sum{};
       });
-      members_.push_back(bed_.particles.now(p.sphere));
     }
   }
   void put_back_members() {
@@ -460,17 +463,23 @@ class Sweep {
     ObserveJob job{spheres_job()};
     job.before = bed_.now.dt_before, job.dt = dt_;
     bed_.kernel.observe(job);
-    if (has_fixed()) observe_free(job);
+    if (has_fixed() || has_members()) observe_free(job);
     sums_->frozen += job.kinetic + job.rotational;
     sums_->kinetic = sums_->rotational = sums_->speed2 = sums_->squares = 0;
     sums_->potential = job.potential;
     bed_.paths.moved(own_, 0);
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) bed_.particles.stop(i);
+    if (has_fixed()) take_fixed();
+    take_loads();
     drop_forces();
   }
   /// Frozen ones stay: their forces are looked at now and then.
   void rest() {
-    if (bed_.region.checks(own_)) bed_.region.found(own_, rests());
+    if (bed_.region.checks(own_)) {
+      bed_.region.found(own_, rests());
+      if (has_fixed()) take_fixed();
+      take_loads();
+    }
     drop_forces();
   }
   void drop_forces() {
@@ -480,6 +489,7 @@ class Sweep {
     bool all = true;
     for (std::uint32_t i = block_->begin; i < block_->end; ++i) {
       const Sphere s = bed_.particles.now(i);
+      if (s.kind == SphereKind::member) continue;  // Clumps::move checks them
       at(i, [&](const auto& sum) {
         const double yields = is_fixed(s) ? 0 : 1;
         const Vec3 a = (yields / s.m) * vector_of(sum.f) + bed_.options.gravity,

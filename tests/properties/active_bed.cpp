@@ -32,6 +32,7 @@ struct Scene {
 };
 
 struct Kind {
+  bool clumps = false;  ///< of two spheres each, and loose spheres, in turn
   int threads = 1;
   Precision precision = Precision::doubles;
   int cache_blocks = 1;
@@ -50,6 +51,7 @@ Scene scene(const Law& law, const Kind& kind = {}) {
   s.blade = {s.bed->add(std::move(b)), {{0.1, 0.119, 0.05}, {}}, {0.4, -0.6, 0}, {}};
   s.blade.place(*s.bed);
   s.bed->boundary(s.blade.boundary).velocity = {};
+  if (kind.clumps) s.bed->add_shape(clump_shape("dumbbell", {{{-6e-4, 0, 0}, 9e-3}, {{6e-4, 0, 0}, 9e-3}}, 1800));
   return s;
 }
 
@@ -73,20 +75,43 @@ std::vector<SphereSpec> stacked_layers() {
   return out;
 }
 
+/// Loose spheres; or every second one is a clump that lies in its place, turned by chance.
+void fill(Bed& bed, bool clumps) {
+  const std::vector<SphereSpec> all = stacked_layers();
+  if (!clumps) return bed.add(all);
+  Dice dice(7);
+  std::vector<SphereSpec> spheres;
+  std::vector<ClumpSpec> of;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (k % 2 == 0)
+      spheres.push_back(all[k]);
+    else
+      of.push_back({.shape = 0,
+                    .position = all[k].position,
+                    .attitude = Quaternion::from_rotation_vector(dice.ball(1.5)),
+                    .velocity = {},
+                    .angular_velocity = {}});
+  }
+  bed.add(spheres), bed.add(of);
+}
+
 /// The trough at rest under the law, made once for each.
-const Bed::State& rest_of(const Law& law, const std::string& name) {
+const Bed::State& rest_of(const Law& law, const std::string& name, bool clumps) {
   static std::map<std::string, Bed::State> made;
-  if (const auto at = made.find(name); at != made.end()) return at->second;
-  Scene s = scene(law);
-  s.bed->add(stacked_layers());
+  const std::string of = name + (clumps ? ", clumps" : "");
+  if (const auto at = made.find(of); at != made.end()) return at->second;
+  Scene s = scene(law, {.clumps = clumps});
+  fill(*s.bed, clumps);
   for (int n = 0; n < 20; ++n) s.step(400, false), s.bed->freeze();
   s.step(4000, false);
-  return made[name] = s.bed->save();
+  for (int n = 0; n < 40 && clumps && s.bed->max_speed() > 0.3 * kBelow; ++n)
+    s.step(4000, false);  // the last ones topple
+  return made[of] = s.bed->save();
 }
 
 Scene at_rest(const Law& law, const std::string& name, const Kind& kind = {}) {
   Scene s = scene(law, kind);
-  s.bed->restore(rest_of(law, name));
+  s.bed->restore(rest_of(law, name, kind.clumps));
   s.bed->reset_energy_balance();
   s.bed->set_time(0);
   s.bed->set_active(ActiveRule{kWithin, kBelow});
@@ -96,101 +121,155 @@ Scene at_rest(const Law& law, const std::string& name, const Kind& kind = {}) {
 const Law kGrains = grains(1e4, 0.3, 0.5, 0.1);
 
 TEST(ActiveBed, FreezesWhatRestsAndWakesAtTheBlade) {
-  Scene s = at_rest(kGrains, "grains");
-  EXPECT_EQ(s.bed->frozen_count(), 0u);
-  s.step(600, false);
-  EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
-  EXPECT_EQ(s.bed->max_speed(), 0);
-  // The blade comes down: what is near it wakes, the far end does not.
-  s.bed->set_time(0);
-  s.step(100, true);
-  const std::size_t near_blade = s.bed->spheres().size() - s.bed->frozen_count();
-  EXPECT_GT(near_blade, 200u);
-  EXPECT_LT(near_blade, s.bed->spheres().size() / 2);
-  s.step(2500, true);
-  EXPECT_GT(s.bed->max_speed(), 0.1);
-  EXPECT_GT(norm(s.bed->boundary(s.blade.boundary).wrench.force), 1);
-  EXPECT_GT(s.bed->frozen_count(), 0u);
+  for (const bool clumps : {false, true}) {
+    Scene s = at_rest(kGrains, "grains", {.clumps = clumps});
+    EXPECT_EQ(s.bed->frozen_count(), 0u);
+    s.step(600, false);
+    EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    EXPECT_EQ(s.bed->max_speed(), 0);
+    // The blade comes down: what is near it wakes, the far end does not.
+    s.bed->set_time(0);
+    s.step(100, true);
+    const std::size_t near_blade = s.bed->spheres().size() - s.bed->frozen_count();
+    EXPECT_GT(near_blade, 200u);
+    EXPECT_LT(near_blade, s.bed->spheres().size() / 2);
+    s.step(2500, true);
+    EXPECT_GT(s.bed->max_speed(), 0.1);
+    EXPECT_GT(norm(s.bed->boundary(s.blade.boundary).wrench.force), 1);
+    EXPECT_GT(s.bed->frozen_count(), 0u);
+  }
 }
 
 /// The floor carries the weight before and after; no sphere moves by freezing.
 TEST(ActiveBed, FrozenSpheresActAsResting) {
-  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
-    Scene s = at_rest(kGrains, "grains", {.precision = precision});
-    double weight = 0;
-    for (const Sphere& p : s.bed->spheres()) weight += 9.81 * p.m;
-    s.step(600, false);
-    ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
-    const std::uint64_t before = hash(*s.bed);
-    s.step(500, false);
-    EXPECT_EQ(hash(*s.bed), before);
-    double carried = 0;
-    for (int b = 0; b < 5; ++b) carried -= s.bed->boundary(b).wrench.force.y;
-    // Spheres fall asleep as they ring, at no more than kBelow and no faster than all twelve contacts make one: a =
-    // kBelow sqrt(12 k/m). All together they ring in every phase; a tenth of it is left of the sum.
-    const double ringing = kBelow * std::sqrt(12 * 1e4 / (1800 * sphere_volume(0.01)));
-    EXPECT_NEAR(carried, weight, 0.1 * ringing / 9.81 * weight);
-    // What a snapshot says of them: at rest, in balance.
-    const Snapshot now = observe(*s.bed, kStep);
-    for (std::size_t k = 0; k < now.id.size(); ++k) {
-      EXPECT_EQ(now.velocity[k], Vec3{});
-      const double m = 1800 * sphere_volume(now.radius[k]);
-      EXPECT_LT(norm(now.force[k]), m * ringing);
+  for (const bool clumps : {false, true}) {
+    for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+      Scene s = at_rest(kGrains, "grains", {.clumps = clumps, .precision = precision});
+      double weight = 0;
+      for (const Sphere& p : s.bed->spheres()) weight += 9.81 * p.m;
+      s.step(600, false);
+      ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+      const std::uint64_t before = hash(*s.bed);
+      s.step(500, false);
+      EXPECT_EQ(hash(*s.bed), before);
+      double carried = 0;
+      for (int b = 0; b < 5; ++b) carried -= s.bed->boundary(b).wrench.force.y;
+      // Spheres fall asleep as they ring, at no more than kBelow and no faster than all twelve contacts make one: a =
+      // kBelow sqrt(12 k/m). All together they ring in every phase; a tenth of it is left of the sum.
+      const double ringing = kBelow * std::sqrt(12 * 1e4 / (1800 * sphere_volume(0.01)));
+      EXPECT_NEAR(carried, weight, 0.1 * ringing / 9.81 * weight);
+      // What a snapshot says of them: at rest, in balance.
+      const Snapshot now = observe(*s.bed, kStep);
+      std::map<long, Vec3> on;  // by body
+      std::map<long, double> mass;
+      for (const Sphere& p : s.bed->spheres()) {
+        const auto k = static_cast<std::size_t>(std::find(now.id.begin(), now.id.end(), p.id) - now.id.begin());
+        EXPECT_EQ(now.velocity[k], Vec3{});
+        const long clump = s.bed->clump_of(p), body = clump < 0 ? -1 - static_cast<long>(p.id) : clump;
+        on[body] += now.force[k], mass[body] = s.bed->mass_of_body(p);
+      }
+      for (const auto& [body, force] : on) EXPECT_LT(norm(force), mass[body] * ringing);
     }
   }
 }
 
+/// Fixed spheres sleep with what lies on them: floor and fixed spheres carry its weight all the while, and a restart
+/// knows what they bear. One that moves, however slowly, is no part of it: it goes on and keeps its block awake.
+TEST(ActiveBed, FixedSpheresBearWhatSleepsOnThem) {
+  for (const bool clumps : {false, true}) {
+    Scene s = at_rest(kGrains, "grains", {.clumps = clumps});
+    s.bed->fix_if([](const Sphere& p) { return p.x.y < 0.012; });
+    double weight = 0;
+    for (const Sphere& p : s.bed->spheres()) weight += is_fixed(p) ? 0 : 9.81 * p.m;
+    const auto carried = [](const Bed& bed) {
+      double sum = 0;
+      for (int b = 0; b < 5; ++b) sum -= bed.boundary(b).wrench.force.y;
+      for (const FixedSphere& f : bed.fixed_spheres()) sum -= f.force.y;
+      return sum;
+    };
+    s.step(600, false);
+    ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    s.step(500, false);
+    ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    ASSERT_GT(s.bed->fixed_spheres().size(), 300u);
+    // As FrozenSpheresActAsResting has it.
+    const double ringing = kBelow * std::sqrt(12 * 1e4 / (1800 * sphere_volume(0.01)));
+    EXPECT_NEAR(carried(*s.bed), weight, 0.1 * ringing / 9.81 * weight);
+    Scene other = scene(kGrains, {.clumps = clumps});
+    other.bed->set_active(ActiveRule{kWithin, kBelow});
+    other.bed->restore(s.bed->save());
+    s.step(1, false), other.step(1, false);
+    EXPECT_EQ(carried(*other.bed), carried(*s.bed));
+  }
+  Bed bed(table(kGrains), quiet({0, -9.81, 0}, 1));
+  add_bin(bed, 1, 1);
+  bed.add(std::vector<SphereSpec>{{.position = {0.5, 0.5, 0.5},
+                                   .velocity = {0.1 * kBelow, 0, 0},
+                                   .angular_velocity = {},
+                                   .radius = 0.01,
+                                   .density = 1800,
+                                   .kind = SphereKind::fixed}});
+  bed.set_active(ActiveRule{kWithin, kBelow});
+  for (int k = 0; k < 5000; ++k) bed.step(kStep);
+  EXPECT_EQ(bed.frozen_count(), 0u);
+  EXPECT_NEAR(bed.spheres().front().x.x - 0.5, 5000 * kStep * 0.1 * kBelow, 1e-12);
+}
+
 /// In the step in which spheres are frozen the balance changes by rounding alone: K_n goes to `frozen`.
 TEST(ActiveBed, NoEnergyGetsLostInFreezing) {
-  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
-    Scene s = at_rest(kGrains, "grains", {.precision = precision});
-    s.bed->set_gravity({0.05, -9.81, 0});  // it sways
-    s.step(100, false, true);
-    ASSERT_GT(s.bed->max_speed(), 0.005 * kBelow);
-    double total = s.bed->energy().total(), frozen = 0, scale = 0;
-    bool none_moved = false;
-    int freezings = 0;
-    for (int n = 0; n < 2000; ++n) {
-      const double moved = s.bed->energy().kinetic + s.bed->energy().rotational;
-      const std::size_t before = s.bed->frozen_count();
-      s.step(1, false, true);
-      const BedEnergy& e = s.bed->energy();
-      scale = std::max(scale, moved);
-      if (e.frozen > frozen) ++freezings;
-      EXPECT_GE(e.frozen, frozen);
-      frozen = e.frozen;
-      none_moved = before == s.bed->spheres().size();
-      if (none_moved) {
-        EXPECT_EQ(e.kinetic + e.rotational, 0);
-        // The first energy asked for after the last freezing finds springs beyond their limit and does not book their
-        // slip.
-        EXPECT_NEAR(e.total(), total, 1e-12 * total);
+  for (const bool clumps : {false, true}) {
+    for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+      Scene s = at_rest(kGrains, "grains", {.clumps = clumps, .precision = precision});
+      s.bed->set_gravity({0.05, -9.81, 0});  // it sways
+      s.step(100, false, true);
+      ASSERT_GT(s.bed->max_speed(), 0.005 * kBelow);
+      double total = s.bed->energy().total(), frozen = 0, scale = 0;
+      bool none_moved = false;
+      int freezings = 0;
+      for (int n = 0; n < 2000; ++n) {
+        const double moved = s.bed->energy().kinetic + s.bed->energy().rotational;
+        const std::size_t before = s.bed->frozen_count();
+        s.step(1, false, true);
+        const BedEnergy& e = s.bed->energy();
+        scale = std::max(scale, moved);
+        if (e.frozen > frozen) ++freezings;
+        EXPECT_GE(e.frozen, frozen);
+        frozen = e.frozen;
+        none_moved = before == s.bed->spheres().size();
+        if (none_moved) {
+          EXPECT_EQ(e.kinetic + e.rotational, 0);
+          // The first energy asked for after the last freezing finds springs beyond their limit and does not book their
+          // slip.
+          EXPECT_NEAR(e.total(), total, 1e-12 * total);
+        }
+        // What the integrator makes of turning normals in a step, of second order, stays far below what moves.
+        EXPECT_NEAR(e.total(), total, 0.02 * scale);
+        total = e.total();
       }
-      // What the integrator makes of turning normals in a step, of second order, stays far below what moves.
-      EXPECT_NEAR(e.total(), total, 0.02 * scale);
-      total = e.total();
+      EXPECT_TRUE(none_moved);
+      EXPECT_GT(freezings, 0);
+      EXPECT_GT(frozen, 0);
     }
-    EXPECT_TRUE(none_moved);
-    EXPECT_GT(freezings, 0);
-    EXPECT_GT(frozen, 0);
   }
 }
 
 /// Under the blade: kinetic + spin + gravity + stored + lost + frozen = start + work, within the 1 % of the energy
 /// test.
 TEST(ActiveBed, BalanceClosesUnderTheBlade) {
-  for (const int every : {1, 16}) {
-    Scene s = at_rest(kGrains, "grains", {.sample_every = every});
-    s.step(600, false, true);
-    const BedEnergy start = s.bed->energy();
-    s.bed->set_time(0);
-    s.step(3000, true);
-    s.step(1, true, true);
-    const BedEnergy& end = s.bed->energy();
-    EXPECT_GT(s.bed->frozen_count(), 0u);
-    const double work = end.boundary_work - start.boundary_work;
-    EXPECT_GT(work, 1e-2);
-    EXPECT_NEAR(end.total() - start.total(), work, (every == 1 ? 0.01 : 0.03) * (work + end.lost.total()));
+  for (const bool clumps : {false, true}) {
+    for (const int every : {1, 16}) {
+      Scene s = at_rest(kGrains, "grains", {.clumps = clumps, .sample_every = every});
+      s.step(600, false, true);
+      const BedEnergy start = s.bed->energy();
+      s.bed->set_time(0);
+      s.step(3000, true);
+      s.step(1, true, true);
+      const BedEnergy& end = s.bed->energy();
+      EXPECT_GT(s.bed->frozen_count(), 0u);
+      const double work = end.boundary_work - start.boundary_work;
+      EXPECT_GT(work, 1e-2);
+      EXPECT_NEAR(end.total() - start.total(), work, (every == 1 ? 0.01 : 0.03) * (work + end.lost.total()));
+    }
   }
 }
 
@@ -238,6 +317,8 @@ void same_bits(const Law& law, const std::string& name, Kind kind, std::initiali
 TEST(ActiveBed, SameBitsOnAnyNumberOfThreads) {
   same_bits(kGrains, "grains", {}, {2, 3, 8});
   same_bits(kGrains, "grains", {.precision = Precision::mixed, .cache_blocks = 3}, {2, 3});
+  same_bits(kGrains, "grains", {.clumps = true}, {2, 3, 8});
+  same_bits(kGrains, "grains", {.clumps = true, .precision = Precision::mixed, .cache_blocks = 3}, {2, 3});
 }
 TEST(ActiveBed, SameBitsWithBonds) {
   for (const auto& [name, law] : every_law())
@@ -246,72 +327,78 @@ TEST(ActiveBed, SameBitsWithBonds) {
 
 /// Frames and energies of frozen spheres change neither what wakes nor a bit of the motion.
 TEST(ActiveBed, ObservationChangesNoBit) {
-  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
-    const auto end = [&](int energy_every, int frame_every) {
-      Scene s = at_rest(kGrains, "grains", {.precision = precision, .sample_every = 8});
-      std::vector<std::size_t> frozen;
-      Snapshot frame;
-      for (int n = 1; n <= 1500; ++n) {
-        if (n == 600) s.bed->set_time(0);
-        if (n >= 600) s.blade.place(*s.bed);
-        s.bed->step(kStep, {.energy = n % energy_every == 0, .snapshot = n % frame_every == 0 ? &frame : nullptr});
-        frozen.push_back(s.bed->frozen_count());
-      }
-      EXPECT_EQ(frozen[590], s.bed->spheres().size());
-      EXPECT_LT(frozen.back(), s.bed->spheres().size());
-      EXPECT_GT(frozen.back(), 0u);
-      return std::pair(hash(*s.bed), frozen);
-    };
-    const auto plain = end(10'000, 10'000);
-    EXPECT_EQ(end(7, 10'000), plain);
-    EXPECT_EQ(end(10'000, 5), plain);
+  for (const bool clumps : {false, true}) {
+    for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+      const auto end = [&](int energy_every, int frame_every) {
+        Scene s = at_rest(kGrains, "grains", {.clumps = clumps, .precision = precision, .sample_every = 8});
+        std::vector<std::size_t> frozen;
+        Snapshot frame;
+        for (int n = 1; n <= 1500; ++n) {
+          if (n == 600) s.bed->set_time(0);
+          if (n >= 600) s.blade.place(*s.bed);
+          s.bed->step(kStep, {.energy = n % energy_every == 0, .snapshot = n % frame_every == 0 ? &frame : nullptr});
+          frozen.push_back(s.bed->frozen_count());
+        }
+        EXPECT_EQ(frozen[590], s.bed->spheres().size());
+        EXPECT_LT(frozen.back(), s.bed->spheres().size());
+        EXPECT_GT(frozen.back(), 0u);
+        return std::pair(hash(*s.bed), frozen);
+      };
+      const auto plain = end(10'000, 10'000);
+      EXPECT_EQ(end(7, 10'000), plain);
+      EXPECT_EQ(end(10'000, 5), plain);
+    }
   }
 }
 
 /// What neighbours and surfaces do not tell is found by the forces: a wall that is taken away, another gravity.
 TEST(ActiveBed, ForcesOutOfBalanceWake) {
-  Scene s = at_rest(kGrains, "grains");
-  s.step(600, false);
-  ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
-  s.bed->boundary(2).active = false;  // the wall at the far end
-  s.bed->surfaces_changed();
-  s.step(2, false);
-  EXPECT_LT(s.bed->frozen_count(), s.bed->spheres().size());
-  EXPECT_GT(s.bed->frozen_count(), s.bed->spheres().size() / 2);
-  s.step(1000, false);
-  EXPECT_GT(s.bed->max_speed(), 0.01);
+  for (const bool clumps : {false, true}) {
+    Scene s = at_rest(kGrains, "grains", {.clumps = clumps});
+    s.step(600, false);
+    ASSERT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+    s.bed->boundary(2).active = false;  // the wall at the far end
+    s.bed->surfaces_changed();
+    s.step(2, false);
+    EXPECT_LT(s.bed->frozen_count(), s.bed->spheres().size());
+    EXPECT_GT(s.bed->frozen_count(), s.bed->spheres().size() / 2);
+    s.step(1000, false);
+    EXPECT_GT(s.bed->max_speed(), 0.01);
 
-  Scene tilted = at_rest(kGrains, "grains");
-  tilted.step(600, false);
-  ASSERT_EQ(tilted.bed->frozen_count(), tilted.bed->spheres().size());
-  tilted.bed->set_gravity({9.81, -2, 0});
-  tilted.step(2, false);
-  EXPECT_EQ(tilted.bed->frozen_count(), 0u);
+    Scene tilted = at_rest(kGrains, "grains", {.clumps = clumps});
+    tilted.step(600, false);
+    ASSERT_EQ(tilted.bed->frozen_count(), tilted.bed->spheres().size());
+    tilted.bed->set_gravity({9.81, -2, 0});
+    tilted.step(2, false);
+    EXPECT_EQ(tilted.bed->frozen_count(), 0u);
+  }
 }
 
 /// A wall that pushes slower than `below` wakes no neighbour by speed. The stress does, as far as it reaches: the wall
 /// meets the resistance of the bed without sleep. Were the soil beside it rigid, the resistance would be a multiple.
 TEST(ActiveBed, ASlowLoadWakesWhatItReaches) {
-  constexpr double below = 10 * kBelow;
-  const auto resistance = [](bool sleeps) {
-    Scene s = at_rest(kGrains, "grains");
-    s.bed->set_active(sleeps ? std::optional(ActiveRule{0, below}) : std::nullopt);
-    s.step(4000, false);  // 2 below/(0.02 g) is 0.05 s
-    if (sleeps) {
-      EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
-    }
-    s.bed->set_time(0);
-    Motion wall{1, s.bed->boundary(1).pose, {0.6 * below, 0, 0}, {}};
-    const double before = -s.bed->boundary(1).wrench.force.x;
-    for (int k = 0; k < 6000; ++k) wall.place(*s.bed), s.bed->step(kStep);
-    if (sleeps) {
-      EXPECT_LE(s.bed->frozen_count(), s.bed->spheres().size() - 512);
-    }  // more than the block at the wall
-    return -s.bed->boundary(1).wrench.force.x - before;
-  };
-  const double free = resistance(false);
-  EXPECT_GT(free, 1);
-  EXPECT_NEAR(resistance(true), free, 0.1 * free);
+  for (const bool clumps : {false, true}) {
+    constexpr double below = 10 * kBelow;
+    const auto resistance = [&](bool sleeps) {
+      Scene s = at_rest(kGrains, "grains", {.clumps = clumps});
+      s.bed->set_active(sleeps ? std::optional(ActiveRule{0, below}) : std::nullopt);
+      s.step(4000, false);  // 2 below/(0.02 g) is 0.05 s
+      if (sleeps) {
+        EXPECT_EQ(s.bed->frozen_count(), s.bed->spheres().size());
+      }
+      s.bed->set_time(0);
+      Motion wall{1, s.bed->boundary(1).pose, {0.6 * below, 0, 0}, {}};
+      const double before = -s.bed->boundary(1).wrench.force.x;
+      for (int k = 0; k < 6000; ++k) wall.place(*s.bed), s.bed->step(kStep);
+      if (sleeps) {
+        EXPECT_LE(s.bed->frozen_count(), s.bed->spheres().size() - 512);
+      }  // more than the block at the wall
+      return -s.bed->boundary(1).wrench.force.x - before;
+    };
+    const double free = resistance(false);
+    EXPECT_GT(free, 1);
+    EXPECT_NEAR(resistance(true), free, 0.1 * free);
+  }
 }
 
 /// Eight fibres of 2 m lie side by side on a floor, over several particle blocks each. Asleep, they are pushed at one
@@ -399,33 +486,35 @@ TEST(ActiveBed, ShortStepsFreezeNothingThatBeginsToMove) {
 
 /// A restart continues with the same bits, whatever the save met: blocks that just fell asleep, that wake, that sleep.
 TEST(ActiveBed, RestartContinuesWithTheSameBits) {
-  for (const Precision precision : {Precision::doubles, Precision::mixed}) {
-    Scene s = at_rest(kGrains, "grains", {.precision = precision});
-    std::vector<std::size_t> frozen;
-    const auto compare = [&](bool moves, int before) {
-      s.step(before, moves);
-      frozen.push_back(s.bed->frozen_count());
-      const Bed::State saved = s.bed->save();
-      Scene other = scene(kGrains, {.precision = precision});
-      other.bed->set_active(ActiveRule{kWithin, kBelow});
-      other.bed->restore(saved);
-      for (int n = 0; n < 4; ++n) {
-        s.step(37, moves), other.step(37, moves);
-        for (int b = 0; b < s.bed->boundary_count(); ++b)
-          ASSERT_EQ(other.bed->boundary(b).wrench.force, s.bed->boundary(b).wrench.force) << b;
-        s.step(1, moves, true), other.step(1, moves, true);
-        ASSERT_EQ(hash(*other.bed), hash(*s.bed)) << frozen.size() << ", " << n;
-        ASSERT_EQ(other.bed->frozen_count(), s.bed->frozen_count());
-        ASSERT_EQ(other.bed->energy().frozen, s.bed->energy().frozen);
-      }
-    };
-    for (int k = 0; k < 4; ++k) compare(false, 1);
-    compare(false, 100);
-    s.bed->set_time(0);
-    for (int k = 0; k < 6; ++k) compare(true, 50 + k);
-    EXPECT_EQ(frozen.front(), 0u);
-    EXPECT_GT(*std::max_element(frozen.begin(), frozen.end()), 1000u);
-    EXPECT_LT(frozen.back(), frozen[4]);  // some woke
+  for (const bool clumps : {false, true}) {
+    for (const Precision precision : {Precision::doubles, Precision::mixed}) {
+      Scene s = at_rest(kGrains, "grains", {.clumps = clumps, .precision = precision});
+      std::vector<std::size_t> frozen;
+      const auto compare = [&](bool moves, int before) {
+        s.step(before, moves);
+        frozen.push_back(s.bed->frozen_count());
+        const Bed::State saved = s.bed->save();
+        Scene other = scene(kGrains, {.clumps = clumps, .precision = precision});
+        other.bed->set_active(ActiveRule{kWithin, kBelow});
+        other.bed->restore(saved);
+        for (int n = 0; n < 4; ++n) {
+          s.step(37, moves), other.step(37, moves);
+          for (int b = 0; b < s.bed->boundary_count(); ++b)
+            ASSERT_EQ(other.bed->boundary(b).wrench.force, s.bed->boundary(b).wrench.force) << b;
+          s.step(1, moves, true), other.step(1, moves, true);
+          ASSERT_EQ(hash(*other.bed), hash(*s.bed)) << frozen.size() << ", " << n;
+          ASSERT_EQ(other.bed->frozen_count(), s.bed->frozen_count());
+          ASSERT_EQ(other.bed->energy().frozen, s.bed->energy().frozen);
+        }
+      };
+      for (int k = 0; k < 4; ++k) compare(false, 1);
+      compare(false, 100);
+      s.bed->set_time(0);
+      for (int k = 0; k < 6; ++k) compare(true, 50 + k);
+      EXPECT_EQ(frozen.front(), 0u);
+      EXPECT_GT(*std::max_element(frozen.begin(), frozen.end()), 1000u);
+      EXPECT_LT(frozen.back(), frozen[4]);  // some woke
+    }
   }
 }
 

@@ -199,8 +199,6 @@ struct BedChecks : Checks {
     const std::string path = fmt::format("soil.bed.particles[{}].fixed", i);
     if (p.fixed.find('.') != std::string::npos || p.fixed.find(',') != std::string::npos)
       refuse(path, p.fixed, "is no name: its columns would be read as others; leave out dots and commas");
-    if (s.soil->active)
-      refuse(path, p.fixed, "stands beside `soil.active`, which would not see it move; leave one of them out");
     if (b.settles() && dem::dot(p.velocity, p.velocity) + dem::dot(p.spin, p.spin) > 0)
       refuse(path, p.fixed,
              b.settle ? "moves while the bed settles; leave `settle` or its velocity out"
@@ -226,7 +224,6 @@ struct BedChecks : Checks {
     const char* const path = "soil.bed.rough floor";
     if (!s.soil->container) refuse(path, "needs a container, whose floor it lies on");
     if (b.fill == Fill::particles) refuse(path, "stands beside particles of their own; give those `fixed: NAME`");
-    if (s.soil->active) refuse(path, "stands beside `soil.active`; leave one of them out");
   }
 
   /// A key that a fill needs, or that would have no effect with it.

@@ -96,8 +96,6 @@ struct ClumpChecks : Checks {
           "are used nowhere; name them in `soil.bed.clumps`, `clumps` of a layer or an inlet, or `soil.bed.placed`, or "
           "leave them out");
     if (!lie && !poured) return;
-    if (soil.active)
-      refuse("soil.active", "freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
     for (const InletSection& i : soil.inlets) shares("soil.inlets." + i.name + ".clumps", i.clumps);
     if (!lie) return;
     bed(*soil.bed);
