@@ -221,7 +221,7 @@ void RunLoop::last_warnings(int code) {
   warn_of_open_exchange();
   if (world_.soil.stopped)
     summary_->warn("the run was interrupted while the bed settled: time 0 shows it on its way to rest");
-  if (world_.bed && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
+  if (world_.bed && !world_.soil.stopped && world_.bed->has_bonding_laws() && world_.bed->bonds().formed == 0)
     summary_->warn("a law has bonds but none formed: no spheres were within `bond gap` at `bond time`");
   if (world_.bed && code == exit_ok && stayed_awake(s_, *world_.bed))
     summary_->warn(

@@ -61,6 +61,12 @@ std::vector<FibreGroup> fibre_groups(const Scenario& s) {
   return out;
 }
 
+std::vector<FibreGroup> groups_without_fibres(const Scenario& s) {
+  std::vector<FibreGroup> out = fibre_groups(s);
+  for (FibreGroup& group : out) group.count = 0, group.first = dem::kAllSpheres;
+  return out;
+}
+
 bool is_of_fibres_only(const Scenario& s, int material) {
   if (!s.soil || !s.soil->bed || s.soil->bed->fill == Fill::file) return false;
   const BedSection& bed = *s.soil->bed;

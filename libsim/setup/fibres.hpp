@@ -31,6 +31,8 @@ struct FibreGroup {
 
 /// Of the scenario in its order, not numbered yet.
 std::vector<FibreGroup> fibre_groups(const Scenario& s);
+/// The same before any has been laid.
+std::vector<FibreGroup> groups_without_fibres(const Scenario& s);
 /// Whether spheres of a material are parts of fibres and nothing else. A bed from a file does not state it.
 bool is_of_fibres_only(const Scenario& s, int material);
 /// What the stable step is asked for the law between two materials: with the sizes of the spheres that it acts between.

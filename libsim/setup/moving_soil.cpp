@@ -119,6 +119,7 @@ double MovingSoil::x_of_followed(const coupling::Simulation& simulation) const {
 }
 
 bool MovingSoil::follow(dem::Bed& bed, const coupling::Simulation& simulation) {
+  if (boundary < 0 && body == 0) return false;
   const double gone = window.plan().direction * (x_of_followed(simulation) - start);
   // A rounding below a whole block is no step late: it would be one more or less on another machine.
   constexpr double close = 1e-9;

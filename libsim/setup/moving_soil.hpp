@@ -16,7 +16,7 @@ struct MovingSoil {
   dem::MovingBed window;
   std::vector<int> walls;  ///< boundaries that advance with it
   int boundary = -1;       ///< that it follows, or
-  int body = 0;            ///< of the machine
+  int body = 0;            ///< of the machine; 0: nobody, where the bed was stopped on its way to rest
   double start = 0;        ///< x of that at time 0, m
 
   double x_of_followed(const coupling::Simulation& simulation) const;

@@ -491,6 +491,7 @@ World build_world(const Loaded& loaded, const BuildOptions& options) {
     if (world.soil.stopped) {
       for (const SurfaceRecord& r : world.surfaces)
         if (r.owner != SurfaceRecord::Owner::container) world.bed->boundary(r.boundary).active = false;
+      if (world.fibres.empty()) world.fibres = groups_without_fibres(s);  // their columns are there all the same
     } else {
       if (moving) find_followed(world, loaded);
       if (options.place_soil) clear_machine(world, loaded, soil.is_loose());

@@ -158,6 +158,25 @@ TEST(RunEnds, ASignalWhileTheBedSettlesLeavesAFrameAndASummaryButNoState) {
   EXPECT_FALSE(latest_state(dir / "out").has_value()) << "a restart from it would skip the settling";
 }
 
+/// What joins a bed only at rest is not there yet: whom a moving bed follows, and the columns of fibres.
+TEST(RunEnds, ASignalWhileABedSettlesThatIsNotWholeYet) {
+  for (const auto& [config, long_settling] :
+       {std::pair("long-pass", "soil.bed.settle.for=1000 s"), std::pair("straw", "soil.bed.settle.until=1e-6 m/s")}) {
+    const RunDirectory dir;
+    const pid_t child =
+        start({"run", test::config(config), "--out", (dir / "out").string(), "--threads", "1", "--set", long_settling},
+              (dir / "said").string());
+    ASSERT_GT(child, 0);
+    wait_for(dir / "said", "settling");
+    kill(child, SIGINT);
+    EXPECT_EQ(exit_code_of(child), exit_interrupted) << config;
+    const nlohmann::json summary = summary_of(dir / "out");
+    EXPECT_EQ(summary["run"]["end"], "interrupted") << config;
+    ASSERT_EQ(summary["warnings"].size(), 1U) << summary["warnings"];
+    EXPECT_NE(summary["warnings"].dump().find("while the bed settled"), std::string::npos) << summary["warnings"];
+  }
+}
+
 TEST(RunEnds, ARestartComesToTheSameEndWithinRounding) {
   const RunDirectory dir;
   const std::string file = dir.scenario(small_pass);
