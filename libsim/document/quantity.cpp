@@ -56,6 +56,8 @@ Sentence split(std::string_view text) {
     const bool unit_one = !sentence.numbers.empty() && number == 1.0 && trimmed(after).starts_with('/');
     if (!number || unit_one) break;  // `5 1/s`: the 1 belongs to the unit
     sentence.numbers.push_back(*number);
+    std::string_view next = after;
+    if (take_number(next)) throw UnitError("two numbers stand without a blank between them");
     rest = trimmed(after);
   }
   if (sentence.numbers.empty()) {

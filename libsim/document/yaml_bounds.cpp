@@ -21,10 +21,10 @@ class Counter final : public YAML::EventHandler {
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (++documents_ > 1)
-      throw ScenarioError(
-          fmt::format("{}:{}:{}: a second document begins; a scenario is one: take out the line of `---` or `...`, or "
-                      "put what follows into a file of its own",
-                      file_, mark.line + 1, mark.column + 1));
+      throw ScenarioError(fmt::format(
+          "{}:{}:{}: a second document begins; a scenario is one: take out the line of `---` or `...`, or "
+          "put what follows into a file of its own; behind a list nothing follows: write [1 m, 2 m], or 1 2 m",
+          file_, mark.line + 1, mark.column + 1));
   }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { value(mark); }

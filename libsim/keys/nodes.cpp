@@ -42,6 +42,9 @@ void check_size(double value) {
 std::vector<double> numbers_of(const Node& node, const std::string& unit, std::size_t count, std::optional<double> n) {
   std::vector<double> numbers;
   if (node.kind == Node::Kind::sequence) {  // [1, 0] or [1 m, 2 m]: each with its unit
+    if (count == 1 && node.items.size() == 1)
+      throw Refusal("is a list, and one value is needed",
+                    "leave the brackets out; a dash and a blank begin a list too: write -1 m for a negative value");
     const Node* only = node.items.size() == 1 ? &node.items.front() : nullptr;
     if (count != 1 && only && only->kind == Node::Kind::scalar && parse_quantities(only->scalar, unit, 0, n).size() > 1)
       throw Refusal("is a list of one entry, which holds several numbers",

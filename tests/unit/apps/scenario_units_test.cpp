@@ -134,6 +134,8 @@ TEST(ScenarioUnits, NumbersThatAreRefused) {
   EXPECT_EQ(refusal("0x10 m", "m"), "hexadecimal numbers are not read; write a decimal number");
   EXPECT_EQ(refusal("1e999 m", "m"), "a number is too large for double precision");
   EXPECT_EQ(refusal("1,5 m", "m"), "a comma stands in a number; write 1.5, and blanks between numbers");
+  for (const char* text : {"1.2.3 m", "3-2 m", "1e2-3 m", "5.10.20 m"})
+    EXPECT_EQ(refusal(text, "m"), "two numbers stand without a blank between them") << text;
   EXPECT_EQ(refusal("1e308 km", "m"), "a number is too large for double precision in SI units");
 }
 
