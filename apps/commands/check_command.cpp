@@ -71,9 +71,12 @@ Estimate estimate(const RunRequest& request) {
   const Clock::time_point begin = Clock::now();
   const Loaded loaded = load_scenario(request.scenario, request.sets);
   const BuildOptions options = trial_options(loaded, request);
+  const double program = peak_memory();
   World world = build_world(loaded, options);
   const double spheres = expected_spheres(loaded, world, options);
-  return try_out(loaded, world, spheres, seconds_since(begin)).cost;
+  Estimate cost = try_out(loaded, world, spheres, seconds_since(begin)).cost;
+  cost.memory_of_program = program;
+  return cost;
 }
 
 int check_command(const RunRequest& request) {

@@ -43,9 +43,10 @@ int main_command(int argc, char** argv, const EngineMaker& engine = {});
 /// What a run is expected to cost.
 struct Estimate {
   double seconds_per_step = 0;
-  double wall_time = 0;  ///< s, settling included
-  double memory = 0;     ///< bytes
-  double disk = 0;       ///< bytes
+  double wall_time = 0;          ///< s, settling included
+  double memory = 0;             ///< bytes
+  double memory_of_program = 0;  ///< of these, before bed and machine are there
+  double disk = 0;               ///< bytes
   long steps = 0, frames = 0;
 };
 Estimate estimate(const RunRequest& request);

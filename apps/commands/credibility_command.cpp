@@ -4,6 +4,7 @@
 
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/commands/plan_columns.hpp"
 #include "apps/commands/sweep_command.hpp"
 #include "libsim/base/live_line.hpp"
 #include "libsim/io/atomic_file.hpp"
@@ -56,7 +57,8 @@ void print_cost(const CredibilityRequest& request, const Axes& axes, std::size_t
     const double time = base.wall_time * a.spheres * a.steps;
     total += time;
     fmt::print("{:<22} {:>9} {:>7} {:>12} {:>7.0f} MB\n", a.name, fmt::format("x {:g}", a.spheres),
-               fmt::format("x {:.3g}", a.steps), clock_text(time), base.memory * a.spheres * 1e-6);
+               fmt::format("x {:.3g}", a.steps), clock_text(time),
+               (base.memory_of_program + (base.memory - base.memory_of_program) * a.spheres) * 1e-6);
   }
   fmt::print("{:<22} {:>30} on {} core(s) at once: about {}\n", "all", clock_text(total),
              request.threads * static_cast<int>(places), clock_text(total / static_cast<double>(places)));
@@ -116,6 +118,7 @@ int credibility_command(const CredibilityRequest& request) {
   Axes axes = credibility_axes(loaded);
   keep_axes(axes, request.axes);
   const Study study = study_of(request, loaded, axes);
+  refuse_unknown_columns(study, [&](const SweepNumber&) { return request.scenario + ": --numbers"; });
   check_points(study, axes);
   const PoolOptions pool{request.threads, request.at_once};
   const std::filesystem::path folder =

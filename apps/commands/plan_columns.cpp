@@ -10,7 +10,7 @@
 
 namespace subsoil::sim {
 
-void refuse_unknown_columns(const std::string& plan, const Study& study) {
+void refuse_unknown_columns(const Study& study, const std::function<std::string(const SweepNumber&)>& where) {
   const auto has_column = [](const SweepNumber& n) { return !n.column.empty(); };
   if (std::none_of(study.numbers.begin(), study.numbers.end(), has_column)) return;
   const std::vector<std::string> sets = study.points.empty() ? std::vector<std::string>{} : study.points.front().sets;
@@ -19,8 +19,13 @@ void refuse_unknown_columns(const std::string& plan, const Study& study) {
   if (known.empty()) return;
   for (const SweepNumber& n : study.numbers)
     if (has_column(n) && std::find(known.begin(), known.end(), n.column) == known.end())
-      throw ScenarioError(fmt::format("{}: numbers.{}.column = {}: series.csv has no such column{}", plan, n.name,
-                                      n.column, suggestion(n.column, known)));
+      throw ScenarioError(
+          fmt::format("{} = {}: series.csv has no such column{}", where(n), n.column, suggestion(n.column, known)));
+}
+
+void refuse_unknown_columns(const std::string& plan, const Study& study) {
+  refuse_unknown_columns(study,
+                         [&](const SweepNumber& n) { return fmt::format("{}: numbers.{}.column", plan, n.name); });
 }
 
 }  // namespace subsoil::sim

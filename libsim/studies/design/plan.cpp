@@ -125,11 +125,44 @@ std::optional<double> number_in(const Node& tree, const std::string& path, const
   }
 }
 
+/// What a scenario has at the keys of a parameter.
+struct ValueThere {
+  std::optional<double> value;
+  std::string others;  ///< in words, where the keys have several
+};
+ValueThere value_there(const std::string& scenario, const std::vector<std::string>& sets,
+                       const std::vector<std::string>& paths, const std::string& unit) {
+  Problems unheard;
+  const Node written = read_document(scenario, sets, unheard);
+  std::optional<Node> all;
+  ValueThere out;
+  for (const std::string& path : paths) {
+    std::optional<double> here = number_in(written, path, unit);
+    if (!here) {
+      if (!all) all = explicit_tree(load_scenario(scenario, sets).scenario);
+      here = number_in(*all, path, unit);
+    }
+    if (!here) return {};
+    if (!out.value) out.value = here;
+    if (*here != *out.value) {
+      const std::string of = unit.empty() ? "" : " " + unit;
+      out.others = fmt::format("the scenario has {:.6g}{} at {} and {:.6g}{} at {}", *out.value, of, paths.front(),
+                               *here, of, path);
+      return out;
+    }
+  }
+  return out;
+}
+
 /// The value at which derivatives are taken.
 void take_place(SensitivityParameter& p, const SensitivityPlan& plan, DesignChecker& checker) {
   const std::string path = "parameters." + p.name;
   if (p.paths.empty()) return checker.refuse(path + ".keys", "is missing: path of the value in the scenario");
-  if (!p.at) p.at = value_there(plan.scenario, split_at_semicolons(plan.set), p.paths.front(), p.unit);
+  if (!p.at) {
+    const ValueThere there = value_there(plan.scenario, split_at_semicolons(plan.set), p.paths, p.unit);
+    if (!there.others.empty()) return checker.refuse(path + ".at", "is missing: " + there.others);
+    p.at = there.value;
+  }
   if (!p.at)
     checker.refuse(path + ".at", fmt::format("is missing: the scenario has no single number{} at {}",
                                              p.unit.empty() ? "" : " in " + p.unit, p.paths.front()));
@@ -147,13 +180,6 @@ std::string DesignParameter::text(double value) const {
   return fmt::format("{:.12g}{}{}", value, unit.empty() ? "" : " ", unit);
 }
 
-std::optional<double> value_there(const std::string& scenario, const std::vector<std::string>& sets,
-                                  const std::string& path, const std::string& unit) {
-  Problems unheard;
-  if (const auto given = number_in(read_document(scenario, sets, unheard), path, unit)) return given;
-  return number_in(explicit_tree(load_scenario(scenario, sets).scenario), path, unit);
-}
-
 OptimisePlan load_optimise(const std::string& file, const std::vector<std::string>& sets) {
   Problems problems;
   Reading reading(problems);
@@ -169,12 +195,15 @@ OptimisePlan load_optimise(const std::string& file, const std::vector<std::strin
   checker.scenario(plan.scenario, common, {});
   std::vector<std::string> first;
   for (DesignParameter& p : plan.parameters) {
-    if (!p.start && !p.paths.empty())
-      if (const auto there = value_there(plan.scenario, common, p.paths.front(), p.unit))
-        p.start = std::clamp(*there, p.least, p.largest);
+    if (!p.start && !p.paths.empty()) {
+      const ValueThere there = value_there(plan.scenario, common, p.paths, p.unit);
+      if (!there.others.empty()) checker.refuse("parameters." + p.name + ".start", "is missing: " + there.others);
+      if (there.value) p.start = std::clamp(*there.value, p.least, p.largest);
+    }
     if (!p.start) p.start = p.value(0.5);
     for (const std::string& path : p.paths) first.push_back(path + "=" + p.text(*p.start));
   }
+  if (!problems.empty()) throw ScenarioError(problems);
   checker.scenario(plan.scenario, common, first);
   return plan;
 }

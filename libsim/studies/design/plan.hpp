@@ -28,7 +28,8 @@ struct DesignParameter {
            "unit of the bounds, of the value that is put in, and of the parameter in formulas; left out: "
            "a number");
     v.quantity("start", start, "1", "(-inf, inf)",
-               "where the first search begins; left out: what the scenario has, else the middle of the bounds");
+               "where the first search begins; left out: what the scenario has, the same at all keys, else the middle "
+               "of the bounds");
     v.choice("scale", scale, {{"linear", Scale::linear}, {"log", Scale::log}},
              "log: for values that may differ by powers of ten");
   }
@@ -95,7 +96,8 @@ struct SensitivityParameter {
   void describe(V& v) {
     v.joined_text("keys", keys, "path of the value in the scenario, several with ; between: parameters.a");
     v.text("unit", unit, "of the value; derivatives are per this unit; left out: a number");
-    v.quantity("at", at, "1", "(-inf, inf)", "value at which the derivative is taken; left out: what the scenario has");
+    v.quantity("at", at, "1", "(-inf, inf)",
+               "value at which the derivative is taken; left out: what the scenario has, the same at all keys");
     v.quantity("step", step, "1", "(0, 1)", "largest step, as a share of the value (of one unit where it is 0)");
   }
 };
@@ -124,9 +126,5 @@ struct SensitivityPlan {
 /// Read and checked. Throw ScenarioError with all faults, also those of the scenario itself.
 OptimisePlan load_optimise(const std::string& file, const std::vector<std::string>& sets = {});
 SensitivityPlan load_sensitivity(const std::string& file, const std::vector<std::string>& sets = {});
-
-/// The number that a scenario with these overrides has at a path, in a unit; none where it has no single number there.
-std::optional<double> value_there(const std::string& scenario, const std::vector<std::string>& sets,
-                                  const std::string& path, const std::string& unit);
 
 }  // namespace subsoil::sim

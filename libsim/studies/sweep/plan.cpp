@@ -13,6 +13,7 @@
 #include "libsim/keys/reading.hpp"
 #include "libsim/scenario/checks.hpp"
 #include "libsim/scenario/load.hpp"
+#include "libsim/studies/sweep/study.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -45,10 +46,20 @@ struct PlanChecker {
                                      p.unit.empty() ? "" : " ", p.unit));
   }
 
+  /// Those that are left out are the scenario's own; its faults are named where it is read for a run.
+  std::vector<SweepNumber> numbers() const {
+    if (!plan.numbers.empty()) return plan.numbers;
+    try {
+      return usual_numbers(load_scenario(plan.scenario, split_at_semicolons(plan.set)).scenario);
+    } catch (const ScenarioError&) {
+      return {};
+    }
+  }
+
   void best() {
     if (plan.best.empty()) return;
     std::vector<std::string> names;
-    for (const SweepNumber& n : plan.numbers) names.push_back(n.name);
+    for (const SweepNumber& n : numbers()) names.push_back(n.name);
     const std::size_t blank = plan.best.find(' ');
     const std::string end = plan.best.substr(0, blank),
                       name = blank == std::string::npos ? "" : plan.best.substr(blank + 1);

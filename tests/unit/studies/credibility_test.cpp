@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 
 #include "libdem/laws/wet.hpp"
 #include "libsim/setup/world.hpp"
 #include "libsim/studies/credibility/verdict.hpp"
+#include "tests/tools/paths.hpp"
 #include "tests/tools/program_runs.hpp"
+#include "tests/tools/scratch.hpp"
 
 /// `subsoil credibility`: each axis changes what it says and nothing else, and verdicts are those of the rule.
 namespace subsoil::sim::credibility_test {
@@ -177,6 +181,17 @@ TEST(CredibilityAxes, NeedABed) {
   EXPECT_NE(
       test::message_of([] { credibility_axes(load_scenario(test::config("pendulum"))); }).find("soil.bed: is missing"),
       std::string::npos);
+}
+
+TEST(CredibilityNumbers, OfAColumnThatTheSeriesHasNotAreRefusedBeforeAnythingRuns) {
+  const test::Scratch folder;
+  const std::string said = (folder / "said").string(), out = (folder / "out").string();
+  const std::string command = subsoil::test::program() + " credibility " + test::config("plate-load") +
+                              " --numbers nope --out " + out + " > " + said + " 2>&1";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+  EXPECT_NE(test::text_of(said).find("--numbers = nope: series.csv has no such column"), std::string::npos)
+      << test::text_of(said);
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 PointResult result(double value, double half) {

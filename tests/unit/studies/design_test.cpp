@@ -276,7 +276,7 @@ TEST(OptimiseRuns, FindDenHartogsMinimax) {
 
 constexpr const char* sag_scenario = R"(subsoil: 1
 gravity: 10 m/s^2
-parameters: {load: 2 kg, stiff: 400 N/m}
+parameters: {load: 2 kg, stiff: 400 N/m, other: 500 N/m}
 machine:
   bodies: {mass: {mass: load, inertia: 1 kg m^2, at: 0 0 m}}
   joints: {rail: {translational: [ground, mass], points: [0 0 m, 0 0 m], along: 0 1}}
@@ -370,6 +370,8 @@ TEST(OptimisePlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
   refuses("take: least", "take: lest", "did you mean `least`");
   refuses("column: height, ", "", "needs one of `column`");
   refuses("between: 1 4, unit: kg", "between: 1 4, unit: kg, start: 5", "must lie in the bounds");
+  refuses("keys: parameters.stiff", "keys: parameters.stiff; parameters.other",
+          "parameters.k.start: is missing: the scenario has");
 }
 
 TEST(DesignConfigs, AreRead) {

@@ -102,6 +102,14 @@ TEST(SweepPlan, RefusesWithPlaceAndCureBeforeAnythingRuns) {
   refuses("largest sag", "largest sack", "did you mean `sag`");
   refuses("largest sag", "most sag", "must be `least NUMBER` or `largest NUMBER`");
   refuses("machine.forces.spring.stiffness", "machine.forces.spring", "no single value");
+  // Its own numbers are left out: `height` of the scenario's monitors, and no other.
+  const auto without_numbers = [&](const std::string& best) {
+    std::string text = changed(plan_text, "largest sag", best);
+    const std::size_t from = text.find("numbers:"), until = text.find("best:");
+    return text.erase(from, until - from);
+  };
+  EXPECT_EQ(folder.refusal(without_numbers("largest height")), "accepted");
+  EXPECT_NE(folder.refusal(without_numbers("largest sag")).find("`sag` is no number of this plan"), std::string::npos);
   const std::string message = folder.refusal(std::string(plan_text) + "points: 0\n");
   EXPECT_NE(message.find("plan.yaml:11:9"), std::string::npos) << message;
 }
