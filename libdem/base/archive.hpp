@@ -76,10 +76,15 @@ class Archive {
 
   bool reads() const { return reads_; }
   bool empty() const { return fields_.empty(); }
+  /// use(name, numbers) of each column of numbers, by name.
+  template <class Use>
+  void each_column(const Use& use) const {
+    for (const auto& [name, field] : fields_)
+      if (!field.numbers.empty() || field.texts.empty()) use(name, field.numbers);
+  }
   Columns columns() const {
     Columns out;
-    for (const auto& [name, field] : fields_)
-      if (!field.numbers.empty() || field.texts.empty()) out[name] = field.numbers;
+    each_column([&](const std::string& name, const std::vector<double>& numbers) { out[name] = numbers; });
     return out;
   }
   Texts texts() const {

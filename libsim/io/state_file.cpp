@@ -97,12 +97,9 @@ struct Joined {
   std::vector<std::int64_t> sizes;
   std::vector<T> values;
 
-  Joined() = default;
-  explicit Joined(const std::map<std::string, std::vector<T>, std::less<>>& columns) {
-    for (const auto& [name, column] : columns) {
-      names.push_back(name), sizes.push_back(static_cast<std::int64_t>(column.size()));
-      values.insert(values.end(), column.begin(), column.end());
-    }
+  void add(const std::string& name, const std::vector<T>& column) {
+    names.push_back(name), sizes.push_back(static_cast<std::int64_t>(column.size()));
+    values.insert(values.end(), column.begin(), column.end());
   }
   std::map<std::string, std::vector<T>, std::less<>> columns() const {
     std::map<std::string, std::vector<T>, std::less<>> out;
@@ -122,12 +119,18 @@ struct Joined {
 }  // namespace
 
 void StateWriter::put(const std::string& name, const Archive& archive) {
-  const Joined<double> numbers(archive.columns());
+  Joined<double> numbers;
+  std::size_t count = 0;  // of a bed many: a copy that grows would take twice their memory
+  archive.each_column([&](const std::string&, const std::vector<double>& column) { count += column.size(); });
+  numbers.values.reserve(count);
+  archive.each_column(
+      [&](const std::string& column, const std::vector<double>& values) { numbers.add(column, values); });
   put_texts(name + "/names", numbers.names);
   put(name + "/sizes", numbers.sizes);
   put(name + "/numbers", numbers.values);
   if (archive.texts().empty()) return;
-  const Joined<std::string> texts(archive.texts());
+  Joined<std::string> texts;
+  for (const auto& [column, values] : archive.texts()) texts.add(column, values);
   put_texts(name + "/names of texts", texts.names);
   put(name + "/sizes of texts", texts.sizes);
   put_texts(name + "/texts", texts.values);
