@@ -402,8 +402,13 @@ Json report_data(const ReportRequest& request) {
   for (const auto& path : request.runs) {
     RunFolder folder = read_run_folder(path);
     if (request.from || request.until) {
+      const double end = folder.series ? folder.series->at("time").back() : folder.window.until;
       folder.window.from = request.from.value_or(folder.window.from);
-      folder.window.until = request.until.value_or(folder.window.until);
+      if (request.until) folder.window.until = *request.until;
+      if (!request.until && folder.window.until <= folder.window.from) folder.window.until = end;
+      if (folder.window.until > end * (1 + 1e-9))
+        throw std::invalid_argument(
+            fmt::format("--until {}: the record of {} ends at {:.6g} s", folder.window.until, folder.name, end));
       folder.window.rule = "given by --from and --until";
       if (!(folder.window.until > folder.window.from))
         throw std::invalid_argument(fmt::format("--from {} --until {}: the window ends before it begins",

@@ -346,6 +346,12 @@ TEST(Report, RefusesWhatIsNoResult) {
   backwards.runs = {pass() / "run"};
   backwards.from = 0.1, backwards.until = 0.05;
   EXPECT_NE(message_of([&] { report_data(backwards); }).find("the window ends before it begins"), std::string::npos);
+  ReportRequest late;
+  late.runs = {pass() / "run"};
+  late.until = 5;
+  EXPECT_NE(message_of([&] { report_data(late); }).find("--until 5: the record of run ends at 0.15 s"),
+            std::string::npos)
+      << message_of([&] { report_data(late); });
   EXPECT_NE(message_of([&] { read_strength(scratch.path()); }).find("subsoil test shear"), std::string::npos);
 }
 
