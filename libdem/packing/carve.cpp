@@ -35,10 +35,11 @@ bool inside_or_overlapping(const Sphere& sphere, const Boundary& boundary, doubl
 }
 
 std::vector<std::uint32_t> spheres_in_the_way(const Bed& bed, std::span<const int> boundaries, double clearance) {
+  constexpr double rounding = 1e-9;  // of a radius: a surface that touches a sphere may lie this deep in it
   std::vector<std::uint32_t> ids;
   for (const Sphere& s : bed.spheres())
     if (std::any_of(boundaries.begin(), boundaries.end(),
-                    [&](int b) { return inside_or_overlapping(s, bed.boundary(b), clearance); }))
+                    [&](int b) { return inside_or_overlapping(s, bed.boundary(b), clearance - rounding * s.r); }))
       ids.push_back(s.id);
   std::sort(ids.begin(), ids.end());
   return ids;

@@ -13,15 +13,16 @@
 namespace subsoil::sim {
 namespace {
 
-dem::Bounds sphere_centres(std::span<const dem::Sphere> spheres) {
+dem::Bounds box_of(std::span<const dem::Sphere> spheres) {
   dem::Bounds box;
-  for (const dem::Sphere& s : spheres) box.include(s.x);
+  for (const dem::Sphere& s : spheres)
+    box.include(s.x - dem::Vec3{s.r, s.r, s.r}), box.include(s.x + dem::Vec3{s.r, s.r, s.r});
   return box;
 }
 
 /// A guess where a solid with spheres inside is far larger than the soil: numbers in mm that were taken as m.
 std::string unit_guess(const dem::Boundary& b, std::span<const dem::Sphere> spheres) {
-  const dem::Bounds soil = sphere_centres(spheres);
+  const dem::Bounds soil = box_of(spheres);
   const dem::Bounds own = dem::bounds(b.shape);
   if (!std::isfinite(own.diagonal()) || own.diagonal() < 10 * soil.diagonal()) return {};
   return fmt::format("; {} is {:.3g} m large and the soil {:.3g} m: is the unit of its numbers right?", b.name,
@@ -80,7 +81,7 @@ void Clearing::clear_given() {
 }
 
 void Clearing::clear() {
-  const dem::Bounds soil = sphere_centres(world_.bed->spheres());
+  const dem::Bounds soil = box_of(world_.bed->spheres());
   remove_in_the_way();
   if (world_.soil.carved + world_.soil.unsettled_inside == 0) return;
   if (world_.bed->spheres().empty()) refuse_empty(soil);
@@ -93,7 +94,7 @@ void Clearing::clear() {
 }
 
 /// A solid that takes all spheres away leaves nothing to simulate: nearly always a unit that is wrong.
-/// @param soil box of the centres that were there
+/// @param soil box of what was there
 void Clearing::refuse_empty(const dem::Bounds& soil) const {
   std::vector<std::string> solids;
   for (const SurfaceRecord& s : world_.surfaces) {
