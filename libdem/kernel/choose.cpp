@@ -57,6 +57,8 @@ Kernel choose_kernel(const char* name) {
     throw std::invalid_argument(
         "simd 'auto': this build has kernels of another machine's instruction set only; build it with "
         "-DSUBSOIL_SIMD=native on this one");
+  if (want != "avx512" && want != "avx2" && want != "portable")
+    throw std::invalid_argument("simd '" + want + "': must be auto, portable, avx2 or avx512");
   throw std::invalid_argument("simd '" + want + "': this machine or this build has no such instruction set; use auto" +
                               (any != nullptr ? " or portable" : ", or build with -DSUBSOIL_SIMD=native"));
 }
