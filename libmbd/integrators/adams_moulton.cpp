@@ -51,7 +51,7 @@ constexpr int substeps = 2;
 }  // namespace
 
 AdamsMoulton::AdamsMoulton(System& system, const AdamsMoultonOptions& options)
-    : Integrator(system), options_(options), starter_(system, partition_) {
+    : Integrator(system), options_(options), starter_(system, partition_), inputs_(system.model()) {
   if (options.order < 1 || options.order > order_max)
     throw std::invalid_argument("adams-moulton order = " + std::to_string(options.order) + ": must be in [1, 6]");
   const Eigen::Index size = 2 * now_.q.size() + now_.rates.size();
@@ -127,7 +127,14 @@ void AdamsMoulton::on_advance(double h) {
   for (double part = 0; part < parts; ++part) {
     if (part > 0) part_segment();
     const double end = now_.t + h / parts;
-    controlled ? controlled_step(h / parts) : whole_step(h / parts);
+    if (controlled) {
+      controlled_step(h / parts);
+    } else {
+      // Not asked of steps that are shorter than samples of inputs are apart: those of soil are many.
+      if (h / parts > Inputs::spacing && step_error_.unseen < 0 && !inputs_.sees(now_.t, h / parts))
+        step_error_.unseen = now_.t;
+      whole_step(h / parts);
+    }
     if (end - now_.t > 1e-6 * h / parts || (part + 1 < parts && ends_at_event())) return;
   }
 }
@@ -152,6 +159,7 @@ void AdamsMoulton::controlled_step(double h) {
 
 // A step of that length, if it errs by no more than it may; else the state is as before, without a past.
 bool AdamsMoulton::attempt(double h) {
+  if (level_ < most_halvings && !inputs_.sees(now_.t, h)) return false;
   const MotionState before = now_;
   const EnergyFlows flows_before = flows_;
   const StepError errors_before = step_error_;

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "libmbd/integrators/inputs.hpp"
 #include "libmbd/integrators/integrator.hpp"
 #include "libmbd/integrators/runge_kutta.hpp"
 
@@ -20,7 +21,8 @@ namespace subsoil::mbd {
 /// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
 /// tenth of the machine's length ends the run. Steps of the start, and of each restart at an event, count with the
 /// error of the embedded order 4. Where an error per second is given, steps are halved to it: first steps of an impact
-/// err by a low power of their length, since the force of a contact is no polynomial of time. A step that ends on a
+/// err by a low power of their length, since the force of a contact is no polynomial of time. So are steps that do not
+/// see what inputs do in them; of given steps the first one is kept in step_error(). A step that ends on a
 /// singular pose is bridged: q and q' by the predictor, closed with minimum change, q'' by extrapolation of the same
 /// order, reactions of the step before. A step over one must continue smoothly: when the constraints answer with
 /// velocities that the predictor does not know, the run stops instead of changing its branch.
@@ -70,6 +72,7 @@ class AdamsMoulton : public Integrator {
   long steps_ = 0, wrench_changes_ = 0;
   MotionState trial_;
   RungeKutta starter_;
+  Inputs inputs_;
   bool was_near_singular_ = false, bridged_ = false;
   double errors_from_ = std::numeric_limits<double>::infinity();  ///< begin of the last on_advance(), and then:
   StepError errors_before_;

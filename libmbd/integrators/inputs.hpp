@@ -23,6 +23,8 @@ class Inputs {
   explicit Inputs(const Model& model);
   /// Whether any varies faster than a polynomial.
   bool any() const { return !functions_.empty(); }
+  /// Whether a step sees what they do in it.
+  bool sees(double t, double step) { return !any() || stop(t, step) >= t + step; }
   /// Where a step from t that wants to be `planned` long has to end at the latest.
   double stop(double t, double planned);
   /// The first corner of a ramp or a table in (t, until), `until` where there is none.

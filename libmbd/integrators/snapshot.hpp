@@ -15,6 +15,7 @@ struct StepError {
   double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
   double fastest = 0;     ///< m/s
   double drift = 0;       ///< way that `velocities` lead to, over the machine's length; not of external wrenches (1)
+  double unseen = -1;     ///< start of the first step in which an input varies faster than steps see (Inputs); none: -1
   /// Of the whole run, where errors add up and the motion does not magnify them.
   double sum() const { return positions + drift + (fastest > 0 ? velocities / fastest : 0); }
   bool operator==(const StepError&) const = default;
@@ -60,7 +61,7 @@ struct Snapshot {
     a("lowest potential", lowest_potential)("highest potential", highest_potential);
     a("elements", elements);
     a("largest error", error.largest)("error of positions", error.positions);
-    a("error of velocities", error.velocities)("fastest", error.fastest)("drift", error.drift);
+    a("error of velocities", error.velocities)("fastest", error.fastest)("drift", error.drift)("unseen", error.unseen);
     a("switches", switches)("events", events);
     a.group("past", [&] {
       a("step", past.step)("origin", past.origin)("steps", past.steps)("level", past.level)("sure", past.sure);

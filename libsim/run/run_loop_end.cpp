@@ -61,6 +61,12 @@ void RunLoop::write_step_error() {
   if (error.fastest == 0) return;
   sim::write_step_error(*summary_, error);
   warn_of_ground_contacts();
+  if (error.unseen >= 0)
+    summary_->warn(fmt::format(
+        "machine steps of {:.3g} s do not see all that an input does between their ends, first at {:.6g} s: "
+        "a pulse of a table or formula is lost, or counted too high; {}",
+        world_.step.machine_step, error.unseen,
+        world_.bed ? finer_machine(s_, world_) : "shorten them, or leave out " + fixes_machine_step(s_)));
   // The waves of beams take most of the velocities' part, and nothing is seen of them: their energy is judged.
   const bool beams = s_.machine && !s_.machine->beams.empty();
   if ((beams ? error.positions : error.sum()) > most_step_error)

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <vector>
 
 #include "libmbd/elements.hpp"
 #include "libmbd/integrators/adaptive.hpp"
@@ -45,26 +47,28 @@ struct Pulse {
 class Inputs : public testing::TestWithParam<IntegratorKind> {};
 INSTANTIATE_TEST_SUITE_P(All, Inputs, testing::Values(IntegratorKind::cvode, IntegratorKind::ida));
 
-// The block has the speed impulse/mass afterwards, whatever the intervals asked for: to 1e-7, above what the
-// default tolerances leave of a few steps at corners, and 1e-8 (rtol) of the largest speed.
-TEST_P(Inputs, PulsesOnABlockAtRestGiveItTheirImpulse) {
+std::vector<Pulse> pulses() {
   const auto ramps = [](double rise, double hold) {
     return SumFunction{{RampFunction{.from = 0, .to = 100, .begin = 5, .end = 5 + rise},
                         RampFunction{.from = 0, .to = -100, .begin = 5 + rise + hold, .end = 5 + 2 * rise + hold}}};
   };
-  const Pulse pulses[] = {
-      {"ramps of 1 ms around 20 ms", ramps(1e-3, 20e-3), 100 * 21e-3},
-      {"ramps of 10 us", ramps(1e-5, 0), 100 * 1e-5},
-      {"half-sine of 2 ms", formula([](double t) {
-         const double s = t - 5.2;
-         return s > 0 && s < 2e-3 ? 100 * std::sin(std::numbers::pi * s / 2e-3) : 0.0;
-       }),
-       100 * 2 * 2e-3 / std::numbers::pi},
-      {"smooth pulse", formula([](double t) { return 100 * std::exp(-std::pow((t - 5.31) / 2e-3, 2)); }),
-       100 * std::sqrt(std::numbers::pi) * 2e-3},
-      {"on top of a slow swing", SumFunction{{HarmonicFunction{.amplitude = 100, .frequency = 0.1}, ramps(1e-3, 2e-3)}},
-       100 * 3e-3, 160}};
-  for (const Pulse& pulse : pulses)
+  return {{"ramps of 1 ms around 20 ms", ramps(1e-3, 20e-3), 100 * 21e-3},
+          {"ramps of 10 us", ramps(1e-5, 0), 100 * 1e-5},
+          {"half-sine of 2 ms", formula([](double t) {
+             const double s = t - 5.2;
+             return s > 0 && s < 2e-3 ? 100 * std::sin(std::numbers::pi * s / 2e-3) : 0.0;
+           }),
+           100 * 2 * 2e-3 / std::numbers::pi},
+          {"smooth pulse", formula([](double t) { return 100 * std::exp(-std::pow((t - 5.31) / 2e-3, 2)); }),
+           100 * std::sqrt(std::numbers::pi) * 2e-3},
+          {"on top of a slow swing",
+           SumFunction{{HarmonicFunction{.amplitude = 100, .frequency = 0.1}, ramps(1e-3, 2e-3)}}, 100 * 3e-3, 160}};
+}
+
+// The block has the speed impulse/mass afterwards, whatever the intervals asked for: to 1e-7, above what the
+// default tolerances leave of a few steps at corners, and 1e-8 (rtol) of the largest speed.
+TEST_P(Inputs, PulsesOnABlockAtRestGiveItTheirImpulse) {
+  for (const Pulse& pulse : pulses())
     for (const double interval : {10.0, 1e-2}) {
       Machine machine(pushed(pulse.force), {.integrator = GetParam()});
       machine.start_from_pose();
@@ -72,6 +76,33 @@ TEST_P(Inputs, PulsesOnABlockAtRestGiveItTheirImpulse) {
       EXPECT_NEAR(machine.body(1).v.x, pulse.impulse / mass, 1e-7 + 1e-8 * pulse.fastest)
           << pulse.name << ", every " << interval << " s";
     }
+}
+
+// Adams-Moulton halves its steps down to the pulse where it controls them, and errs by its own tolerance; steps that
+// are given miss it, and the state says when. None of this where a step sees what the input does.
+TEST(InputsOfAdamsMoulton, PulsesAreSeenOrSaidToBeMissed) {
+  for (const Pulse& pulse : pulses()) {
+    MachineOptions options{.integrator = IntegratorKind::adams_moulton};
+    options.adams_moulton.longest_step = 0.02;
+    options.adams_moulton.error_per_second = 1e-7;
+    Machine controlled(pushed(pulse.force), options);
+    controlled.start_from_pose();
+    controlled.advance(10);
+    EXPECT_NEAR(controlled.body(1).v.x, pulse.impulse / mass, 1e-5 * (1 + pulse.fastest)) << pulse.name;
+    EXPECT_LT(controlled.integrator().step_error().unseen, 0) << pulse.name;
+    options.adams_moulton.error_per_second = std::numeric_limits<double>::infinity();
+    Machine given(pushed(pulse.force), options);
+    given.start_from_pose();
+    given.advance(10);
+    EXPECT_GE(given.integrator().step_error().unseen, 4.98) << pulse.name;
+    EXPECT_LE(given.integrator().step_error().unseen, 5.31) << pulse.name;
+  }
+  MachineOptions options{.integrator = IntegratorKind::adams_moulton};
+  options.adams_moulton.longest_step = 0.02;
+  Machine smooth(pushed(formula([](double t) { return 50 * std::sin(7 * t); })), options);
+  smooth.start_from_pose();
+  smooth.advance(10);
+  EXPECT_LT(smooth.integrator().step_error().unseen, 0);
 }
 
 // A swing that is no more than smooth costs no step beside those of the same motion without the bound.
