@@ -159,15 +159,20 @@ SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& regi
   return surface_height(spheres, region, 4 * (count > 0 ? sum / count : mean_radius(spheres)));
 }
 
+namespace {
+/// Whole columns of that width; the order in which a mean radius was summed must not take one off.
+double columns_along(double length, double across) { return std::max(1.0, std::floor(length / across * (1 + 1e-9))); }
+}  // namespace
+
 SurfaceHeight surface_height(std::span<const Sphere> spheres, const Bounds& region, double across) {
   const double floor = region.low.y;
   if (spheres.empty()) return {floor, 0, floor, floor};
   const Vec3 size = region.high - region.low;
   // A few small spheres in a large region must not cost a column for each of their diameters.
   const double enough = 8 * static_cast<double>(spheres.size()) + 1e6;
-  while (std::floor(size.x / across) * std::floor(size.z / across) > enough) across *= 2;
-  const long nx = std::max(1L, static_cast<long>(size.x / across)),
-             nz = std::max(1L, static_cast<long>(size.z / across));
+  while (columns_along(size.x, across) * columns_along(size.z, across) > enough) across *= 2;
+  const long nx = static_cast<long>(columns_along(size.x, across)),
+             nz = static_cast<long>(columns_along(size.z, across));
   std::vector<double> top(static_cast<std::size_t>(nx * nz), floor);
   for (const Sphere& s : spheres) {
     const double u = (s.x.x - region.low.x) / size.x, w = (s.x.z - region.low.z) / size.z;

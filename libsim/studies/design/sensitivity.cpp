@@ -71,9 +71,10 @@ void refuse_failed(const GrowingStudy& study, const std::vector<std::size_t>& pl
                                                  "limit, or a smaller `step`"));
     for (std::size_t n = 0; n < r.value.size(); ++n)
       if (!std::isfinite(r.value[n]))
-        throw std::runtime_error(
-            fmt::format("the run at {} gives no number `{}`: is its column spelt as in series.csv?", values,
-                        study.study().numbers[n].name));
+        throw std::runtime_error(fmt::format(
+            "the run at {} gives no number `{}`: {}", values, study.study().numbers[n].name,
+            study.study().numbers[n].summary.empty() ? "is its column spelt as in series.csv?"
+                                                     : "is its path, names with / between, that of summary.json?"));
   }
 }
 

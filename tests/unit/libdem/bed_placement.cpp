@@ -152,6 +152,25 @@ TEST(BedLattice, SurfaceHeightIsTheTopOfTheLastLayer) {
   EXPECT_NEAR(surface_height(step, bin).spread, 0.009, 1e-4);
 }
 
+/// The region is four columns wide by the mean radius, whose last bits depend on the order of the sum.
+TEST(SurfaceHeight, DoesNotDependOnTheOrderOfTheSpheres) {
+  const Bounds region{{0, 0, 0}, {0.04, 0.1, 0.04}};
+  for (int seed = 1; seed <= 20; ++seed) {
+    Dice dice(seed);
+    std::vector<Sphere> spheres;
+    for (int k = 0; k < 300; ++k)
+      for (const double sign : {-1.0, 1.0}) {
+        Sphere s{};
+        s.x = dice.in_box(region.low, region.high), s.m = 1;
+        s.r = 2.5e-3 + sign * 5e-4 * (k % 7) / 7.0;
+        spheres.push_back(s);
+      }
+    const double mean = surface_height(spheres, region).mean;
+    std::sort(spheres.begin(), spheres.end(), [](const Sphere& a, const Sphere& b) { return a.r < b.r; });
+    EXPECT_NEAR(surface_height(spheres, region).mean, mean, 1e-12) << seed;
+  }
+}
+
 TEST(BedLattice, JitterShiftsWithinItsBallAndKeepsToTheSeed) {
   LatticePlan p = plan(0.0202);
   p.depth = 0.05;
