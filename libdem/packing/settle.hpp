@@ -43,13 +43,16 @@ struct SettleState {
   double still_since = 0;  ///< s at which the bed was last not still
   /// Along gravity at the last look (kg m/s), and when that was (s); NaN before the first.
   double momentum = 0, momentum_time = 0;
-  std::vector<double> load;  ///< BedLoad::save, of one that acts
+  Archive::Columns load;  ///< BedLoad::save, of one that acts
   Bed::State bed;
   /// All but the bed.
   void archive(Archive& a) {
     a("decisions", decisions)("steps", steps)("steps of run", steps_of_run)("still since", still_since);
     a("momentum", momentum)("momentum time", momentum_time);
-    if (!a.reads() || a.has("load")) a("load", load);
+    std::vector<std::string> names;
+    for (const auto& [name, column] : load) names.push_back(name);
+    a("of load", names);
+    for (const std::string& name : names) a("load", load[name]);
   }
 };
 
@@ -62,8 +65,8 @@ class BedLoad {
   virtual bool holds() const = 0;                 ///< the spheres bear it
   virtual std::string state() const = 0;          ///< what they bear now, for a refusal
   virtual void end(Bed& bed) = 0;                 ///< acts on nothing
-  virtual std::vector<double> save() const = 0;
-  virtual void restore(std::span<const double> numbers) = 0;
+  virtual Archive::Columns save() const = 0;
+  virtual void restore(const Archive::Columns& saved) = 0;
 };
 
 /// What a bed is compacted to once it lies: a density or a load.

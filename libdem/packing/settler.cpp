@@ -270,7 +270,7 @@ void Settler::refuse_small(double length, double diameter, const char* direction
 void Settler::keep_if_due() {
   if (!plan_.keep_due || !(stopped_ || plan_.keep_due())) return;
   plan_.keep({decide_.made(), steps_, steps_of_run_, still_since_, momentum_before_, momentum_time_,
-              load_ != nullptr ? load_->save() : std::vector<double>{}, bed_.save()});
+              load_ != nullptr ? load_->save() : Archive::Columns{}, bed_.save()});
 }
 
 void Settler::step(const char* stage) {

@@ -14,7 +14,7 @@
 namespace subsoil::sim {
 namespace {
 
-constexpr std::int64_t kSettlingFormat = 3;
+constexpr std::int64_t kSettlingFormat = 4;
 
 std::filesystem::path settling_file(const std::filesystem::path& folder) { return folder / "settling.h5"; }
 

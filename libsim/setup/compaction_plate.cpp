@@ -57,20 +57,20 @@ void CompactionPlate::end(dem::Bed& bed) {
   bed.surfaces_changed();
 }
 
-std::vector<double> CompactionPlate::save() const {
-  return {start_, now_.travel, now_.velocity, now_.integral, now_.error, now_.force, now_.load, now_.began ? 1.0 : 0.0};
+void CompactionPlate::archive(Archive& a) {
+  a("start", start_)("limit", servo_.limit)("gain", servo_.gain)("servo", now_);
 }
 
-void CompactionPlate::restore(std::span<const double> x) {
-  if (x.size() != 8) throw std::invalid_argument("settling: the state has no plate");
-  start_ = x[0];
-  now_ = {.travel = x[1],
-          .velocity = x[2],
-          .integral = x[3],
-          .error = x[4],
-          .force = x[5],
-          .load = x[6],
-          .began = x[7] != 0};
+Archive::Columns CompactionPlate::save() const {
+  Archive a;
+  CompactionPlate(*this).archive(a);
+  return a.columns();
+}
+
+void CompactionPlate::restore(const Archive::Columns& saved) {
+  Archive a(saved, {});
+  archive(a);
+  a.end();
 }
 
 }  // namespace subsoil::sim

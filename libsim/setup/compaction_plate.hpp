@@ -15,10 +15,12 @@ class CompactionPlate final : public dem::BedLoad {
   bool holds() const override;
   std::string state() const override;
   void end(dem::Bed& bed) override;
-  std::vector<double> save() const override;
-  void restore(std::span<const double> numbers) override;
+  Archive::Columns save() const override;
+  void restore(const Archive::Columns& saved) override;
 
  private:
+  void archive(Archive& a);
+
   int boundary_;
   double area_;  ///< m2
   coupling::Servo servo_;

@@ -37,8 +37,8 @@ class Watched final : public dem::BedLoad {
     rows = profile_by_depth(bed, {{0, 0, 0}, {kSide, 0.4, kSide}});
     load_.end(bed);
   }
-  std::vector<double> save() const override { return load_.save(); }
-  void restore(std::span<const double> numbers) override { load_.restore(numbers); }
+  Archive::Columns save() const override { return load_.save(); }
+  void restore(const Archive::Columns& saved) override { load_.restore(saved); }
 
   double on_floor = 0, weight = 0;
   std::vector<DepthRow> rows;
@@ -47,24 +47,63 @@ class Watched final : public dem::BedLoad {
   dem::BedLoad& load_;
 };
 
-TEST(BedCompaction, APlateHoldsItsPressureAndTheSoilLeansAsSoilDoes) {
-  const dem::LawTable table = laws();
-  dem::BedOptions options;
-  options.threads = 1;
-  dem::Bed bed(table, options);
+/// A bin with a plate above it that does not act yet; its index.
+int add_bin_and_plate(dem::Bed& bed) {
   dem::test::add_bin(bed, kSide, kSide);
   for (int b = 0; b < bed.boundary_count(); ++b) bed.boundary(b).material = 1;
   dem::Boundary plate;
   plate.name = "plate", plate.material = 1, plate.active = false;
   plate.shape = dem::MeshSurface(dem::rectangle_mesh({0, 0, 0}, {kSide, 0, 0}, {0, 0, kSide}));
-  const int index = bed.add(std::move(plate));
-  CompactionPlate load(bed, index, kPressure, kStep);
-  Watched watched(load);
+  return bed.add(std::move(plate));
+}
+
+dem::RandomFill fill_to(double depth) {
   dem::RandomFill fill;
   fill.region = {{0, 0, 0}, {kSide, 0.4, kSide}};
   fill.radius = dem::UniformRadius{0.008, 0.01};
   fill.of = {.density = 2600, .material = 0};
-  fill.depth = 0.14;
+  fill.depth = depth;
+  return fill;
+}
+
+dem::BedOptions one_thread() {
+  dem::BedOptions options;
+  options.threads = 1;
+  return options;
+}
+
+/// From a state that was kept while the plate presses, in another bed with a plate of its own, the bed comes to the
+/// same bits: how fast the plate may go and its gain follow from the spheres that lay there when it began.
+TEST(BedCompaction, GoesOnFromAStateUnderThePlate) {
+  const dem::LawTable table = laws();
+  const dem::RandomFill fill = fill_to(0.05);
+  const auto settled = [&](const dem::SettleState* from, dem::SettleState* keep) {
+    dem::Bed bed(table, one_thread());
+    CompactionPlate load(bed, add_bin_and_plate(bed), kPressure, kStep);
+    dem::SettlePlan plan;
+    plan.step = kStep, plan.staged = true, plan.lowered = 1;
+    plan.compaction.load = &load, plan.from = from;
+    long presses = 0;
+    plan.keep_due = [&] {
+      return keep != nullptr && !load.save().at("servo/load").empty() && load.save().at("servo/load")[0] > 0 &&
+             !load.holds() && ++presses == 20;
+    };
+    plan.keep = [&](const dem::SettleState& state) { *keep = state; };
+    dem::fill_at_random(bed, table, fill, plan);
+    return dem::test::hash(bed);
+  };
+  dem::SettleState kept;
+  const std::uint64_t whole = settled(nullptr, &kept);
+  ASSERT_FALSE(kept.load.empty()) << "kept while the plate presses";
+  EXPECT_EQ(settled(&kept, nullptr), whole);
+}
+
+TEST(BedCompaction, APlateHoldsItsPressureAndTheSoilLeansAsSoilDoes) {
+  const dem::LawTable table = laws();
+  dem::Bed bed(table, one_thread());
+  CompactionPlate load(bed, add_bin_and_plate(bed), kPressure, kStep);
+  Watched watched(load);
+  const dem::RandomFill fill = fill_to(0.14);
   dem::SettlePlan plan;
   plan.step = kStep, plan.staged = true, plan.lowered = 1;
   plan.compaction.load = &watched;
