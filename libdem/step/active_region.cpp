@@ -92,7 +92,9 @@ void ActiveRegion::begin_lists(const ContactStore& contacts, const ParticleStore
       state.frozen = state.frozen && asleep;
       state.fresh = state.fresh || s.calm == kFresh;
       if (!asleep) state.slow = std::min(state.slow, balance_[i].slow);
+      state.driven = state.driven || (is_fixed(s) && !(s.v == Vec3{} && s.w == Vec3{}));
     }
+    state.frozen = state.frozen && !state.driven;
     if (state.frozen)
       state.slow = 0;
     else
@@ -260,7 +262,7 @@ void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
   for (std::size_t k = 0; k < states_.size(); ++k) {
     if (states_[k].frozen) continue;
     states_[k].speed2 = std::max(states_[k].speed2, sums[k].speed2);
-    if (sums[k].speed2 < limit2()) continue;
+    if (sums[k].speed2 < limit2() && !states_[k].driven) continue;
     wake_what_sleeps(k);
     for (const std::uint32_t n : neighbours(k)) wake_what_sleeps(n);
   }
@@ -269,7 +271,7 @@ void ActiveRegion::watch_speeds(std::span<const BlockSums> sums) {
 void ActiveRegion::add_slow_time(double time) {
   for (State& s : states_) {
     if (s.frozen) continue;
-    s.slow = s.speed2 < limit2() ? s.slow + time : 0;
+    s.slow = s.speed2 < limit2() && !s.driven ? s.slow + time : 0;
     s.speed2 = 0;
   }
 }
@@ -298,7 +300,6 @@ bool ActiveRegion::may_freeze(std::size_t block) const {
 void ActiveRegion::choose_freezing(const ParticleStore& particles) {
   const auto turns = [&](std::uint32_t i) {
     const Sphere s = particles.now(i);
-    if (is_fixed(s)) return !(s.v == Vec3{} && s.w == Vec3{});  // however slow, it keeps its velocity
     return !(s.r * s.r * dot(s.w, s.w) < turning_limit_ * turning_limit_);
   };
   std::vector<char> may(states_.size());
@@ -334,7 +335,8 @@ void ActiveRegion::mark(bool check, bool all, bool all_energies, bool snapshot, 
     const bool needed = !s.frozen || any(later(k), moving);
     was_evaluated_[k] = s.evaluated;
     s.evaluated = needed || all;
-    s.observed = snapshot || (all_energies && s.outdated);
+    s.renews = all_energies && s.outdated;
+    s.observed = snapshot || s.renews;
     s.outdated = needed || (s.outdated && !all_energies);
     s.beside_moving = s.frozen && (needed || any(earlier(k), moving));
     s.checked = s.frozen && (s.fresh || all || (check && s.beside_moving));

@@ -22,12 +22,12 @@ class Clumps;
 /// stay where they are, and what it needs of its neighbours is known by block. Single sleeping spheres would have the
 /// kernel ask for each lane.
 ///
-/// | data                    | written by                                         | read by                |
+/// | data                    | written by                                               | read by                |
 /// |---|---|---|
-/// | neighbours, boxes       | `begin_lists`: rebuilds                            | `plan`                 |
-/// | states                  | `plan`, before each step, one thread               | every worker           |
-/// | outcomes, balance       | the worker of the particle block, during the sweep; of clumps: `Clumps::move` | `plan`
-/// of the next step | | balance, `Sphere::calm` | `keep` and `sort`: rebuilds                        | saved state |
+/// | neighbours, boxes       | `begin_lists`: rebuilds                                  | `plan`                 |
+/// | states                  | `plan`, before each step, one thread                     | every worker           |
+/// | outcomes, balance       | the worker of the block, in the sweep; `Clumps::move`    | `plan` of the next step |
+/// | balance, `Sphere::calm` | `keep` and `sort`: rebuilds                              | saved state            |
 ///
 /// A clump sleeps as a whole, whether or not its blocks do: a block whose spheres sleep has sleeping clumps only, but a
 /// sleeping clump may have members in blocks that move, where they stay in place. So no chain of clumps that share
@@ -66,6 +66,7 @@ class ActiveRegion {
   bool freezes(std::size_t block) const { return !states_.empty() && states_[block].freezes; }
   bool checks(std::size_t block) const { return !states_.empty() && states_[block].checked; }
   bool is_observed(std::size_t block) const { return states_[block].observed; }
+  bool is_asked_for_energy(std::size_t block) const { return states_[block].renews; }  ///< of one that is observed
   bool any_observed() const { return observed_; }
   bool receives(std::size_t block) const { return states_[block].receives; }
   /// Whether a sphere of a checked block stays asleep. @param acceleration by its forces, m/s2
@@ -102,8 +103,10 @@ class ActiveRegion {
     bool observed = false;       ///< evaluated in this step for what is asked for alone (ObservedContacts)
     bool checked = false;        ///< asleep, and its forces are complete in this step
     bool receives = false;       ///< asleep, and gets some force from contacts of other blocks in this step
+    bool renews = false;         ///< observed for its energies, as without a frame
     bool outdated = true;        ///< what it stores was summed before it or a partner last moved
     bool near = false;           ///< a moving surface is
+    bool driven = false;         ///< a fixed sphere of it moves, however slowly: neither it nor a neighbour sleeps
     bool beside_moving = false;  ///< asleep, and a neighbour is not
     double slow = 0;             ///< since when all its spheres are, s
     double speed2 = 0;           ///< maximum since the last check, m2/s2

@@ -246,6 +246,7 @@ void Bed::step(double dt, const Request& request) {
   bed.move_clumps(dt, request);
   bed.record_broken_bonds(request.snapshot);
   bed.end_records(request.contacts);
+  bed.observed.put_back_unasked_sums(bed.surfaces, bed.balance.of_block);
   bed.sum_up(request.energy);
   bed.observed.put_back_sums(bed.surfaces, bed.balance.of_block);
   clock.end(sweep);

@@ -20,10 +20,15 @@ void put_back(const Copies& copies, Stream& stream) {
 void ObservedContacts::keep(const ActiveRegion& region, const ContactStore& contacts, const SurfaceContacts& surfaces,
                             const ContactLaws& laws, const std::vector<BlockSums>& sums) {
   lines_.clear(), plane_lines_.clear(), activation_.clear(), runs_.clear(), plane_runs_.clear(), losses_.clear();
+  unasked_plane_runs_.clear(), unasked_sums_.clear();
   if (!region.any_observed()) return;
   for (std::size_t k = 0; k < contacts.particle_blocks.size(); ++k) {
     if (!region.is_observed(k)) continue;
-    losses_.push_back({k, {sums[k].lost}});
+    const bool asked = region.is_asked_for_energy(k);
+    if (asked)
+      losses_.push_back({k, {sums[k].lost}});
+    else
+      unasked_sums_.push_back({k, {sums[k]}});
     const ParticleBlock& block = contacts.particle_blocks[k];
     for (std::size_t r = block.runs_begin; r < block.runs_end; ++r) {
       const PairRun& run = contacts.runs[r];
@@ -36,7 +41,7 @@ void ObservedContacts::keep(const ActiveRegion& region, const ContactStore& cont
     const SurfaceContacts::OfBlock& at = surfaces.of_block[k];
     for (std::size_t r = at.planes_begin; r < at.planes_end; ++r) {
       const PlaneRun& run = surfaces.plane_runs[r];
-      plane_runs_.push_back({r, {run}});
+      (asked ? plane_runs_ : unasked_plane_runs_).push_back({r, {run}});
       plane_lines_.push_back(
           {run.lines, part_of<Line>(surfaces.plane_lines, run.lines, laws.surface_memory(run.law).lines(run.blocks))});
     }
@@ -46,6 +51,11 @@ void ObservedContacts::keep(const ActiveRegion& region, const ContactStore& cont
 void ObservedContacts::put_back_histories(ContactStore& contacts, SurfaceContacts& surfaces) const {
   put_back(lines_, contacts.lines), put_back(activation_, contacts.activation), put_back(runs_, contacts.runs);
   put_back(plane_lines_, surfaces.plane_lines);
+}
+
+void ObservedContacts::put_back_unasked_sums(SurfaceContacts& surfaces, std::vector<BlockSums>& sums) const {
+  put_back(unasked_plane_runs_, surfaces.plane_runs);
+  for (const Copy<BlockSums>& c : unasked_sums_) sums[c.at] = c.values.front();
 }
 
 void ObservedContacts::put_back_sums(SurfaceContacts& surfaces, std::vector<BlockSums>& sums) const {

@@ -19,6 +19,8 @@ class ObservedContacts {
             const ContactLaws& laws, const std::vector<BlockSums>& sums);
   /// After the sweep.
   void put_back_histories(ContactStore& contacts, SurfaceContacts& surfaces) const;
+  /// Likewise of blocks that are evaluated for a frame alone: energies and wrenches are summed as without one.
+  void put_back_unasked_sums(SurfaceContacts& surfaces, std::vector<BlockSums>& sums) const;
   /// After energies and wrenches are summed.
   void put_back_sums(SurfaceContacts& surfaces, std::vector<BlockSums>& sums) const;
 
@@ -31,8 +33,9 @@ class ObservedContacts {
   std::vector<Copy<Line>> lines_, plane_lines_;
   std::vector<Copy<double>> activation_;
   std::vector<Copy<PairRun>> runs_;
-  std::vector<Copy<PlaneRun>> plane_runs_;
-  std::vector<Copy<Losses>> losses_;  ///< by particle block
+  std::vector<Copy<PlaneRun>> plane_runs_, unasked_plane_runs_;
+  std::vector<Copy<Losses>> losses_;           ///< by particle block
+  std::vector<Copy<BlockSums>> unasked_sums_;  ///< likewise
 };
 
 }  // namespace subsoil::dem

@@ -209,10 +209,27 @@ TEST(ActiveBed, FixedSpheresBearWhatSleepsOnThem) {
                                    .radius = 0.01,
                                    .density = 1800,
                                    .kind = SphereKind::fixed}});
+  // A ball, and a clump, on fixed spheres that turn: their surfaces move at a fifth of `below`, and carry both along.
+  const int pair = bed.add_shape(clump_shape("pair", {{{0, 0, -0.02}, 0.01}, {{0, 0, 0.02}, 0.01}}, 1800));
+  const double spin = 0.2 * kBelow / 0.01, sink = 1e-6;
+  for (int row = 0; row < 2; ++row)
+    for (const double x : {0.29, 0.3, 0.31})
+      for (const double z : {0.28, 0.32})
+        bed.add(std::vector<SphereSpec>{{.position = {x + 0.2 * row, 0.1, z},
+                                         .velocity = {},
+                                         .angular_velocity = {0, 0, -spin},
+                                         .radius = 0.01,
+                                         .density = 1800,
+                                         .kind = SphereKind::fixed}});
+  bed.add(std::vector<ClumpSpec>{
+      {.shape = pair, .position = {0.3, 0.12 - sink, 0.3}, .attitude = {}, .velocity = {}, .angular_velocity = {}}});
   bed.set_active(ActiveRule{kWithin, kBelow});
   for (int k = 0; k < 5000; ++k) bed.step(kStep);
   EXPECT_EQ(bed.frozen_count(), 0u);
-  EXPECT_NEAR(bed.spheres().front().x.x - 0.5, 5000 * kStep * 0.1 * kBelow, 1e-12);
+  EXPECT_GT(std::abs(bed.clumps().front().position.x - 0.3), 1e-6) << "it is carried along, or rolls";
+  const auto first =
+      std::find_if(bed.spheres().begin(), bed.spheres().end(), [](const Sphere& p) { return p.id == 0; });
+  EXPECT_NEAR(first->x.x - 0.5, 5000 * kStep * 0.1 * kBelow, 1e-12);
 }
 
 /// In the step in which spheres are frozen the balance changes by rounding alone: K_n goes to `frozen`.

@@ -183,8 +183,6 @@ TEST(RunClumps, RefusalsNamePlaceRuleAndCure) {
   expect(refusal(mixture, "share: 0.5", "share: 1"), "soil.bed.radius: has no effect: all grains are clumps");
   expect(refusal(mixture, "fill: random", "fill: rest-lattice"),
          "soil.bed.clumps: need `fill: random` or `lattice`; with `fill: particles` list them as `placed`");
-  expect(refusal(mixture, "  bed:", "  active: {within: 0.1 m}\n  bed:"),
-         "soil.active: freezes spheres one by one, and clumps are rigid; leave it out, or the clumps");
   expect(refusal(mixture, "count: 200", "count: 200, save: bed.csv"),
          "bed.csv: a table has spheres one by one, and this bed has clumps; name an .h5 file");
   expect(refusal(mixture, "count: 200,", "layers: [{thickness: 20 mm, material: seed}],"),

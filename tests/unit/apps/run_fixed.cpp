@@ -71,7 +71,6 @@ std::string refusal(const std::string& from, const std::string& to) {
 TEST(RunFixed, RefusalsSayWhy) {
   EXPECT_NE(refusal("fixed: nest", "fixed: a.b").find("leave out dots and commas"), std::string::npos);
   EXPECT_NE(refusal("fixed: nest", "fixed: soil").find("is the name of the soil's sums too"), std::string::npos);
-  EXPECT_NE(refusal("  bed:\n", "  active: {}\n  bed:\n").find("stands beside `soil.active`"), std::string::npos);
   EXPECT_NE(refusal("    particles:\n      - {position: -12 0 0 mm,",
                     "    settle: {until: 1 mm/s}\n    particles:\n      - {velocity: 1 0 0 m/s, position: -12 0 0 mm,")
                 .find("moves while the bed settles"),

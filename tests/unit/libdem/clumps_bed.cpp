@@ -306,14 +306,18 @@ TEST(Clumps, FallOutOfTheBed) {
   EXPECT_EQ(bed.clumps()[0].position.x, 1);
 }
 
-TEST(Clumps, AreNotFrozen) {
-  Heap h = heap(grains());
-  EXPECT_THROW(h.bed.set_active(ActiveRule{0.1, 1e-3}), std::invalid_argument);
-  Bed bed(table(grains()), quiet());
+/// One that joins an active bed is awake: it falls, by g t (t + dt)/2 in leapfrog.
+TEST(Clumps, JoinAnActiveBedAwake) {
+  Bed bed(table(grains()), quiet({0, -9.81, 0}));
   const int shape = bed.add_shape(dumbbell());
   bed.set_active(ActiveRule{0.1, 1e-3});
-  const ClumpSpec spec{shape, {}, {}, {}, {}, 0};
-  EXPECT_THROW(bed.add(std::span(&spec, 1)), std::invalid_argument);
+  const ClumpSpec spec{shape, {0, 1, 0}, {}, {}, {}, 0};
+  bed.add(std::span(&spec, 1));
+  constexpr double dt = 1e-5;
+  constexpr int steps = 2000;
+  for (int n = 0; n < steps; ++n) bed.step(dt);
+  EXPECT_EQ(bed.frozen_count(), 0u);
+  EXPECT_NEAR(bed.clumps()[0].position.y, 1 - 0.5 * 9.81 * steps * dt * steps * dt, 9.81 * dt * steps * dt);
 }
 
 /// The bounds of a clump of one sphere are those of the sphere: in corners the same matrix, among twelve contacts the
