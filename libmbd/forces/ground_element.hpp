@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "libmbd/base/plastic_stiffness.hpp"
@@ -42,10 +43,11 @@ struct GroundElement {
   double unloading = 100, leaving_speed = 0.02, contact_time = 2e-3;
   std::string track{};
   // Set and kept by the system:
-  int follower = -1;    ///< its body; -1: none
-  double weight = 0;    ///< of the follower, carried by the ground (N)
-  std::size_t rut = 0;  ///< index of its rut
-  double touch = 0;     ///< speed of approach at the last first touch; 0: not touching
+  int follower = -1;             ///< its body; -1: none
+  double weight = 0;             ///< of the follower, carried by the ground (N)
+  std::size_t rut = 0;           ///< index of its rut
+  double touch = 0;              ///< speed of approach at the last first touch; 0: not touching
+  double height = 0, speed = 0;  ///< of the lowest point at the end of the step before, y and upwards (m, m/s)
 
   template <class V>
   void describe(V& v) {
@@ -102,7 +104,8 @@ struct GroundElement {
                                     : scene.bodies[static_cast<std::size_t>(follower)].r.y;
     // The next touch is a new impact from so far above the ground on as the rut's grid is wide.
     if (foot.y > top + ruts[rut].spacing()) touch = 0;
-    if (foot.y <= top && touch == 0) touch = speed_of(foot.v);
+    if (foot.y <= top && touch == 0) touch = speed_at(top, foot);
+    height = foot.y, speed = foot.v;
     const double z = surface - (follower < 0 ? foot.y : top);
     if (!(z > 0)) return 0;
     if (radius > 0)
@@ -114,9 +117,10 @@ struct GroundElement {
   void begin_trace(const Scene& scene) {
     const Foot foot = foot_of(scene);
     touch = foot.y < surface ? speed_of(foot.v) : 0;
+    height = foot.y, speed = foot.v;
   }
-  std::array<double, 1> memory() const { return {touch}; }
-  void set_memory(const std::array<double, 1>& m) { touch = m[0]; }
+  std::array<double, 3> memory() const { return {touch, height, speed}; }
+  void set_memory(const std::array<double, 3>& m) { touch = m[0], height = m[1], speed = m[2]; }
 
  private:
   /// Lowest point of the body: x, y, vertical velocity, and its moment arm about the centre of gravity.
@@ -128,6 +132,12 @@ struct GroundElement {
     const BodyState& b = body_of(scene, body);
     const Vec2 arm = b.vector_in_world(point);
     return {b.r.x + arm.x, b.r.y + arm.y - radius, b.velocity_at(arm).y, arm};
+  }
+  /// When it came to this height in the step that ends here: v^2 rises evenly with the way, as under a steady load.
+  /// Steps that end at the touch need none of it; a fixed one of 1 ms gains 10 mm/s behind it.
+  double speed_at(double y, const Foot& end) const {
+    const double share = height > y ? (height - y) / (height - end.y) : 1;
+    return speed_of(-std::sqrt(std::max(0.0, speed * speed + share * (end.v * end.v - speed * speed))));
   }
   double speed_of(double v) const { return touch > 0 ? touch : std::max(-v, least_speed); }
   /// Between body and follower: as stiff as a swing of the two in the contact time, and damped to a restitution of 1/50
