@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -44,6 +45,9 @@ constexpr int most_halvings = 12;
 constexpr double least_error = 1e-13;
 // Twice the step makes an error per second 2^order times as large: some 16, with a margin of four.
 constexpr double sure_share = 1. / 64;
+
+// Of the maximum of an input: what a controlled step may miss of its mean. The rest is left to the error of the step.
+constexpr double controlled_share = 0.01;
 
 // Substeps of a starting step: the start's error is then far below that of the steps that follow.
 constexpr int substeps = 2;
@@ -130,9 +134,7 @@ void AdamsMoulton::on_advance(double h) {
     if (controlled) {
       controlled_step(h / parts);
     } else {
-      // Not asked of steps that are shorter than samples of inputs are apart: those of soil are many.
-      if (h / parts > Inputs::spacing && step_error_.unseen < 0 && !inputs_.sees(now_.t, h / parts))
-        step_error_.unseen = now_.t;
+      watch_inputs(h / parts);
       whole_step(h / parts);
     }
     if (end - now_.t > 1e-6 * h / parts || (part + 1 < parts && ends_at_event())) return;
@@ -159,7 +161,9 @@ void AdamsMoulton::controlled_step(double h) {
 
 // A step of that length, if it errs by no more than it may; else the state is as before, without a past.
 bool AdamsMoulton::attempt(double h) {
-  if (level_ < most_halvings && !inputs_.sees(now_.t, h)) return false;
+  if (level_ < most_halvings &&
+      (!inputs_.resolves_step(now_.t, h) || !inputs_.gives_means(now_.t, h, weights(), controlled_share)))
+    return false;
   const MotionState before = now_;
   const EnergyFlows flows_before = flows_;
   const StepError errors_before = step_error_;
@@ -186,6 +190,24 @@ bool AdamsMoulton::attempt(double h) {
   partition_.evaluate(now_);
   on_start();
   return false;
+}
+
+std::span<const double> AdamsMoulton::weights() const {
+  const auto order = static_cast<std::size_t>(options_.order);
+  return std::span(moulton[order - 1]).first(order);
+}
+
+// Short steps under soil, which are many, are not watched.
+void AdamsMoulton::watch_inputs(double h) {
+  if (!(h > Inputs::spacing) && !no_wrench()) return;
+  inputs_.add_missed(now_.t, h, weights(), missed_);
+  step_error_.unseen = missed_.share();
+}
+
+bool AdamsMoulton::no_wrench() const {
+  const auto& wrenches = system_.external_wrenches();
+  return std::all_of(wrenches.begin(), wrenches.end(),
+                     [](const auto& wrench) { return wrench == std::array<double, 3>{}; });
 }
 
 /// Rounding of a caller's own clock must not throw the past away.
@@ -294,10 +316,7 @@ void AdamsMoulton::add_error(double h, double position, double velocity, const M
   step_error_.positions += position;
   step_error_.velocities += velocity;
   // Where the soil's wrench jumps, what predictor and corrector differ by adds up to no drift.
-  const auto& wrenches = system_.external_wrenches();
-  const bool alone = std::all_of(wrenches.begin(), wrenches.end(),
-                                 [](const auto& wrench) { return wrench == std::array<double, 3>{}; });
-  if (alone) step_error_.drift += h * step_error_.velocities / system_.length_scale();
+  if (no_wrench()) step_error_.drift += h * step_error_.velocities / system_.length_scale();
   step_error_.fastest = std::max({step_error_.fastest, fastest, at_rest * system_.length_scale()});  // slower: rounding
   if (position <= most_error) return;
   refuse_blow_up(system_, at);
@@ -354,6 +373,7 @@ void AdamsMoulton::one_step(double h) {
 void AdamsMoulton::on_save(Snapshot::Past& out) const {
   out.step = step_, out.origin = origin_, out.steps = steps_, out.level = level_, out.sure = sure_;
   for (int age = stored_; age-- > 0;) out.rates.push_back(numbers(past_.col(slot(age))));
+  out.missed = missed_.missed, out.all = missed_.all;
 }
 
 void AdamsMoulton::on_restore(const Snapshot::Past& from) {
@@ -361,6 +381,7 @@ void AdamsMoulton::on_restore(const Snapshot::Past& from) {
     throw std::invalid_argument("restart: the state has more steps of the integrator than it stores");
   step_ = from.step, origin_ = from.origin, steps_ = from.steps;
   level_ = static_cast<int>(std::clamp(from.level, 0L, static_cast<long>(most_halvings))), sure_ = from.sure;
+  missed_ = {.missed = from.missed, .all = from.all};
   stored_ = 0, newest_ = 0;
   for (const std::vector<double>& rates : from.rates) {
     newest_ = (newest_ + 1) % order_max;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,7 @@ namespace subsoil::mbd {
 /// tenth of the machine's length ends the run. Steps of the start, and of each restart at an event, count with the
 /// error of the embedded order 4. Where an error per second is given, steps are halved to it: first steps of an impact
 /// err by a low power of their length, since the force of a contact is no polynomial of time. So are steps that do not
-/// see what inputs do in them; of given steps the first one is kept in step_error(). A step that ends on a
+/// see what inputs do in them; of given steps step_error() has the share that they miss. A step that ends on a
 /// singular pose is bridged: q and q' by the predictor, closed with minimum change, q'' by extrapolation of the same
 /// order, reactions of the step before. A step over one must continue smoothly: when the constraints answer with
 /// velocities that the predictor does not know, the run stops instead of changing its branch.
@@ -39,6 +40,9 @@ class AdamsMoulton : public Integrator {
 
  private:
   Eigen::Index slot(int age) const { return (newest_ + order_max - age) % order_max; }
+  std::span<const double> weights() const;
+  void watch_inputs(double h);
+  bool no_wrench() const;           ///< from outside, as of soil
   bool follows_on(double h) const;  ///< a step of that length has the past of those before
   void whole_step(double h);
   void choose_again();
@@ -73,6 +77,7 @@ class AdamsMoulton : public Integrator {
   MotionState trial_;
   RungeKutta starter_;
   Inputs inputs_;
+  Inputs::Missed missed_;
   bool was_near_singular_ = false, bridged_ = false;
   double errors_from_ = std::numeric_limits<double>::infinity();  ///< begin of the last on_advance(), and then:
   StepError errors_before_;

@@ -84,6 +84,9 @@ void append_corners(const Function& f, double from, double until, Corners& out) 
   }
 }
 
+/// Weights of Adams-Moulton's formula of four values, newest first.
+constexpr std::array<double, 4> moulton_of_four{9. / 24, 19. / 24, -5. / 24, 1. / 24};
+
 /// Below this two times are one.
 double least_step(double t) { return 1e-11 * std::max(1.0, std::abs(t)); }
 
@@ -139,6 +142,60 @@ double Inputs::stop(double t, double planned) {
   }
   // A stop beyond the step would still cut the one after it, before that is asked for.
   return shortened ? end : t + 2 * window;
+}
+
+/// By trapeziums over the quarters of the step and the samples in it.
+double Inputs::mean(std::size_t i, double t, double end) const {
+  const double least = least_step(t);
+  auto sample = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), t + least) - times_.begin());
+  double sum = 0, from = t, value = value_or_nan(*functions_[i], t);
+  const auto take = [&](double until, double next) {
+    sum += 0.5 * (until - from) * (value + next);
+    from = until, value = next;
+  };
+  for (const double share : {0.25, 0.5, 0.75, 1.0}) {
+    const double node = t + share * (end - t);
+    for (; sample < times_.size() && times_[sample] < node - least; ++sample) take(times_[sample], values_[i][sample]);
+    take(node, value_or_nan(*functions_[i], node));
+  }
+  return sum / (end - t);
+}
+
+/// The mean that a multistep method takes of it.
+double Inputs::taken(std::size_t i, double t, double step, std::span<const double> weights) const {
+  double sum = 0;
+  for (std::size_t j = 0; j < weights.size(); ++j)
+    sum += weights[j] * value_or_nan(*functions_[i], t + step - static_cast<double>(j) * step);
+  return sum;
+}
+
+bool Inputs::gives_means(double t, double step, std::span<const double> weights, double share) {
+  if (!any()) return true;
+  sample_around(t);
+  sample_changed(t);
+  for (std::size_t i = 0; i < functions_.size(); ++i)  // NaN: has no value there, and bounds no step
+    if (std::abs(taken(i, t, step, weights) - mean(i, t, t + std::min(step, window))) > share * largest_[i])
+      return false;
+  return true;
+}
+
+void Inputs::add_missed(double t, double step, std::span<const double> weights, Missed& to) {
+  if (!any()) return;
+  sample_around(t);
+  sample_changed(t);
+  to.missed.resize(functions_.size()), to.all.resize(functions_.size());
+  for (std::size_t i = 0; i < functions_.size(); ++i) {
+    const double is = mean(i, t, t + std::min(step, window)), was = taken(i, t, step, weights);
+    if (!std::isfinite(is) || !std::isfinite(was)) continue;
+    to.missed[i] += step * std::abs(was - is), to.all[i] += step * std::abs(is);
+  }
+}
+
+double Inputs::Missed::share() const {
+  double worst = 0;
+  for (std::size_t i = 0; i < missed.size(); ++i)
+    if (all[i] > 0) worst = std::max(worst, missed[i] / all[i]);
+  return worst;
 }
 
 void Inputs::sample_around(double t) {
@@ -211,7 +268,7 @@ bool Inputs::resolves(double t, double end) const {
   const auto from = static_cast<std::size_t>(begin - times_.begin());
   const auto until = static_cast<std::size_t>(std::lower_bound(begin, times_.end(), end - least) - times_.begin());
   if (from == until) return true;
-  constexpr double share_of_bend = 2e-3, share_of_largest = 1e-8;
+  constexpr double share_of_bend = 5e-4, share_of_largest = 1e-8;
   for (std::size_t i = 0; i < functions_.size(); ++i) {
     std::array<double, 5> nodes{};
     const auto at = [&](double share) { return value_or_nan(*functions_[i], t + share * (end - t)); };
@@ -225,6 +282,10 @@ bool Inputs::resolves(double t, double end) const {
     for (std::size_t k = from; k < until; ++k) compare((times_[k] - t) / (end - t), values_[i][k]);
     for (const double share : {0.125, 0.375, 0.625, 0.875}) compare(share, at(share));  // corners may lie on nodes
     if (off > share_of_bend * bend + share_of_largest * largest_[i]) return false;
+    // What is the same at both ends as before, and bends in between, is seen by no method.
+    constexpr double blind = 0.25;
+    const double missed = std::abs(taken(i, t, end - t, moulton_of_four) - mean(i, t, end));
+    if (missed > blind * bend + share_of_largest * largest_[i]) return false;
   }
   return true;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "libmbd/base/function.hpp"
@@ -10,11 +11,12 @@ namespace subsoil::mbd {
 /// The inputs of a machine: the functions of time in its forces, drivers and controllers. A variable-step method sees
 /// them only at the ends of its steps, and its error test passes where both ends lie beside a pulse. They are known
 /// ahead, so each is sampled here every `spacing` and at the corners of ramps and tables, once, and a step may only
-/// be as long as the quartic through five points of it agrees with the samples inside: to 2e-3 of the bend in the
-/// step, or 1e-8 of the maximum value nearby. A half-sine over a whole step is off by 9e-3. A smooth oscillation allows
-/// 0.7 rad of its phase and more, which the error test does not exceed where it matters. A pulse between two samples
-/// stays unseen. Polynomials bound no step, which may be so long that one turns in it more than once: between
-/// next_turn() and the next it rises or falls throughout.
+/// be as long as the quartic through five points of it agrees with the samples inside: to 5e-4 of the bend in the
+/// step, or 1e-8 of the maximum value nearby. A half-sine over a whole step is off by 1.8e-3. A parabola is not off,
+/// but 0 at both ends of the step: what a formula of four values at the step's ends misses of the mean is no more than
+/// a quarter of the bend. A smooth oscillation allows 0.7 rad of its phase and more, which the error test does not
+/// exceed where it matters. A pulse between two samples stays unseen. Polynomials bound no step, which may be so long
+/// that one turns in it more than once: between next_turn() and the next it rises or falls throughout.
 class Inputs {
  public:
   static constexpr double spacing = 2.5e-4;  ///< s
@@ -23,8 +25,17 @@ class Inputs {
   explicit Inputs(const Model& model);
   /// Whether any varies faster than a polynomial.
   bool any() const { return !functions_.empty(); }
-  /// Whether a step sees what they do in it.
-  bool sees(double t, double step) { return !any() || stop(t, step) >= t + step; }
+  bool resolves_step(double t, double step) { return !any() || stop(t, step) >= t + step; }
+  /// Whether a multistep method with these weights of the values at t + step, t, t - step ... takes the mean of each
+  /// over the step, to a share of its maximum nearby.
+  bool gives_means(double t, double step, std::span<const double> weights, double share);
+  /// What such a method missed and what there was, of each function: sums of |mean taken - mean| and |mean| times the
+  /// step.
+  struct Missed {
+    std::vector<double> missed, all;
+    double share() const;  ///< the worst of the functions
+  };
+  void add_missed(double t, double step, std::span<const double> weights, Missed& to);
   /// Where a step from t that wants to be `planned` long has to end at the latest.
   double stop(double t, double planned);
   /// The first corner of a ramp or a table in (t, until), `until` where there is none.
@@ -39,6 +50,8 @@ class Inputs {
   void sample_changed(double t);
   void find_largest(std::size_t i);
   bool resolves(double t, double end) const;
+  double mean(std::size_t i, double t, double end) const;
+  double taken(std::size_t i, double t, double step, std::span<const double> weights) const;
 
   std::vector<const Function*> functions_;
   std::vector<double> turns_;  // of polynomials, rising

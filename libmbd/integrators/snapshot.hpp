@@ -15,7 +15,7 @@ struct StepError {
   double velocities = 0;  ///< sum over the steps, times `fastest` (m/s)
   double fastest = 0;     ///< m/s
   double drift = 0;       ///< way that `velocities` lead to, over the machine's length; not of external wrenches (1)
-  double unseen = -1;     ///< start of the first step in which an input varies faster than steps see (Inputs); none: -1
+  double unseen = 0;      ///< of what an input does, the share that given steps miss or add: Inputs::Missed (1)
   /// Of the whole run, where errors add up and the motion does not magnify them.
   double sum() const { return positions + drift + (fastest > 0 ? velocities / fastest : 0); }
   bool operator==(const StepError&) const = default;
@@ -49,6 +49,7 @@ struct Snapshot {
     long steps = 0;
     long level = 0, sure = 0;                ///< of steps that are halved to their error
     std::vector<std::vector<double>> rates;  ///< the oldest first
+    std::vector<double> missed, all;         ///< of inputs, by given steps
     bool operator==(const Past&) const = default;
   } past;
 
@@ -65,7 +66,7 @@ struct Snapshot {
     a("switches", switches)("events", events);
     a.group("past", [&] {
       a("step", past.step)("origin", past.origin)("steps", past.steps)("level", past.level)("sure", past.sure);
-      a("rates", past.rates);
+      a("rates", past.rates)("missed", past.missed)("all", past.all);
     });
   }
 };

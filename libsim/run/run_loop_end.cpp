@@ -19,6 +19,7 @@ namespace {
 // Beyond these a run is no answer to trust: shares of the energy, of the machine's length and speed, and of the work
 // between soil and machine.
 constexpr double most_step_error = 1e-3, most_exchange_error = 1e-2;
+constexpr double most_unseen = 0.1;  // of an input: smooth ones of six steps a period are below it
 
 /// What the scenario gives of a machine alone that keeps its step from following its error.
 std::string fixes_machine_step(const Scenario& s) {
@@ -61,10 +62,10 @@ void RunLoop::write_step_error() {
   if (error.fastest == 0) return;
   sim::write_step_error(*summary_, error);
   warn_of_ground_contacts();
-  if (error.unseen >= 0)
+  if (error.unseen > most_unseen)
     summary_->warn(fmt::format(
-        "machine steps of {:.3g} s do not see all that an input does between their ends, first at {:.6g} s: "
-        "a pulse of a table or formula is lost, or counted too high; {}",
+        "machine steps of {:.3g} s miss or add {:.2g} of what an input does in the run: between their ends they "
+        "see nothing, and it has pulses or swings of a step or two; {}",
         world_.step.machine_step, error.unseen,
         world_.bed ? finer_machine(s_, world_) : "shorten them, or leave out " + fixes_machine_step(s_)));
   // The waves of beams take most of the velocities' part, and nothing is seen of them: their energy is judged.
