@@ -69,6 +69,11 @@ void apply_set(Node& root, const std::string& set, Problems& problems) {
     return;
   }
   const std::string path = set.substr(0, equals);
+  if (const std::size_t dash = set.find_first_not_of(' ', equals + 1);
+      dash != std::string::npos && set[dash] == '-' && dash + 1 < set.size() && set[dash + 1] == ' ') {
+    problems.add(place, path, "a dash and a blank begin a list: write -1 m for a negative value, [1 m] for a list");
+    return;
+  }
   std::optional<Node> given = parse_set(set, path, problems);
   if (!given) return;
   Node& value = *given;

@@ -118,7 +118,7 @@ std::vector<double> parse_quantities(std::string_view text, std::string_view exp
   } catch (const UnitError&) {
     // It may still be a quotient or difference, such as 1/3 or 50 mm - 3 mm; the refusal is that of the plain value.
     try {
-      if (clean.find_first_of("/*+-") != std::string_view::npos) return calculated(clean, expected, count, n);
+      if (clean.find_first_of("/*+-^") != std::string_view::npos) return calculated(clean, expected, count, n);
     } catch (const UnknownName&) {
       if (has_parameters()) throw;
     } catch (const UnitError&) {
