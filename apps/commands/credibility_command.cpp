@@ -7,8 +7,10 @@
 #include "apps/commands/plan_columns.hpp"
 #include "apps/commands/sweep_command.hpp"
 #include "libsim/base/live_line.hpp"
+#include "libsim/base/signals.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
+#include "libsim/run/runner.hpp"
 #include "libsim/studies/credibility/verdict.hpp"
 #include "libsim/studies/sweep/tables.hpp"
 
@@ -129,7 +131,7 @@ int credibility_command(const CredibilityRequest& request) {
   const StudyLock lock(folder);
   if (!run_points(study, folder, open_points(study, folder, request.again), pool)) {
     fmt::print(stderr, "stopped; the same command continues from here\n");
-    return exit_interrupted;
+    return exit_of(caught_signal());
   }
   const std::vector<PointResult> results = read_results(study, folder);
   write_tables(study, results, folder);

@@ -5,6 +5,7 @@
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/plan_columns.hpp"
 #include "apps/commands/plan_options.hpp"
+#include "libsim/base/signals.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/studies/design/optimum.hpp"
 #include "libsim/studies/design/sensitivity.hpp"
@@ -36,7 +37,7 @@ int study_in_folder(const DesignRequest& request, const Plan& plan, Find find) {
     find(study, folder);
   } catch (const StudyInterrupted&) {
     fmt::print(stderr, "stopped; the same command continues from here\n");
-    return exit_interrupted;
+    return exit_of(caught_signal());
   }
   return exit_ok;
 }

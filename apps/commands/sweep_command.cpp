@@ -7,6 +7,8 @@
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/plan_columns.hpp"
 #include "apps/commands/plan_options.hpp"
+#include "libsim/base/signals.hpp"
+#include "libsim/run/runner.hpp"
 #include "libsim/scenario/load.hpp"
 #include "libsim/studies/sweep/slurm.hpp"
 #include "libsim/studies/sweep/tables.hpp"
@@ -107,7 +109,7 @@ int sweep_command(const SweepRequest& request) {
   if (!open.empty()) refuse_unknown_columns(request.plan, study);
   if (!run_points(study, folder, open, pool)) {
     fmt::print(stderr, "stopped; the same command continues from here\n");
-    return exit_interrupted;
+    return exit_of(caught_signal());
   }
   write_all(study, best_of(plan, study), folder);
   return exit_ok;

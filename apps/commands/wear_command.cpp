@@ -7,6 +7,7 @@
 
 #include "apps/commands/command_pages.hpp"
 #include "apps/commands/quantity_option.hpp"
+#include "libsim/base/signals.hpp"
 #include "libsim/run/runner.hpp"
 #include "libsim/studies/wear/wear_study.hpp"
 
@@ -90,7 +91,7 @@ int wear_command(const WearWords& words) {
   const WearResult result = wear_study(request);
   if (result.interrupted) {
     fmt::print(stderr, "stopped; the same command continues from here\n");
-    return exit_interrupted;
+    return exit_of(caught_signal());
   }
   print(request, result);
   return exit_ok;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libsim/base/json.hpp"
+#include "libsim/base/signals.hpp"
 #include "libsim/io/atomic_file.hpp"
 #include "libsim/io/csv.hpp"
 #include "libsim/io/disk.hpp"
@@ -19,7 +20,6 @@
 #include "libsim/run/machine_fault.hpp"
 #include "libsim/run/motion_samples.hpp"
 #include "libsim/run/placement_report.hpp"
-#include "libsim/run/signals.hpp"
 #include "libsim/run/step_samples.hpp"
 #include "libsim/run/surface_report.hpp"
 
@@ -182,7 +182,7 @@ int RunLoop::loop() {
   if (!output_.failure.empty()) return exit_failed;
   // Where a crossing inside a step has ended the run, no instant was the last one.
   if (!output_.now.last && s_.output.state == State::full) save(state_path(request_.out, simulation_.time()));
-  return code_of(output_.now.signal);
+  return exit_of(output_.now.signal);
 }
 
 void RunLoop::at_instant() {
@@ -212,10 +212,6 @@ bool RunLoop::after_step() {
   samples_->count_step(), physics_.count_step();
   report_progress(samples_->last_row());
   return true;
-}
-
-int RunLoop::code_of(int signal) const {
-  return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
 }
 
 int RunLoop::signal_to_obey() {

@@ -60,7 +60,6 @@ class RunLoop : private StepObserver {
   void before_step(bool, StepRequest&) override {}
   bool take(const std::function<void()>& step) override { return guarded(step); }
   bool after_step() override;
-  int code_of(int signal) const;
 
   /// A signal waits for an instant at which a state is exact, but not for long.
   int signal_to_obey();

@@ -1,4 +1,5 @@
 #pragma once
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -38,6 +39,10 @@ struct RunRequest {
 
 /// Exit codes of a run.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_failed = 3, exit_interrupted = 130, exit_terminated = 143 };
+/// By the signal that has ended a run or a study; none: exit_ok.
+inline ExitCode exit_of(int signal) {
+  return signal == SIGINT ? exit_interrupted : signal == SIGTERM ? exit_terminated : exit_ok;
+}
 
 /// Places bed and machine, without settling, and lists the columns of the series; empty where what is placed meets
 /// something that the settled bed may not. Throws ScenarioError for a monitor of a column that is not there.

@@ -14,33 +14,12 @@
 #include <stdexcept>
 #include <thread>
 
+#include "libsim/base/signals.hpp"
+
 namespace subsoil::sim {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-volatile std::sig_atomic_t caught = 0;
-extern "C" void remember_signal(int signal) { caught = signal; }
-
-/// Takes SIGINT and SIGTERM over while it lives.
-class Signals {
- public:
-  Signals() {
-    caught = 0;
-    struct sigaction action = {};
-    action.sa_handler = remember_signal;
-    sigaction(SIGINT, &action, &interrupt_);
-    sigaction(SIGTERM, &action, &terminate_);
-  }
-  ~Signals() {
-    sigaction(SIGINT, &interrupt_, nullptr);
-    sigaction(SIGTERM, &terminate_, nullptr);
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-
- private:
-  struct sigaction interrupt_ = {}, terminate_ = {};
-};
 
 struct Running {
   pid_t process = -1;  ///< -1: the place is free
@@ -94,7 +73,7 @@ bool run_pool(const std::vector<PoolJob>& jobs, const PoolOptions& options,
               const std::function<void(std::size_t, const PoolEnd&)>& ended,
               const std::function<void(const std::vector<std::size_t>&)>& waiting) {
   const std::vector<std::vector<int>> places = pool_places(usable_cores(), options);
-  const Signals signals;
+  const SignalGuard signals(SignalGuard::Second::waits);
   std::vector<Running> running(places.size());
   std::size_t next = 0;
   const auto any = [&] {
@@ -112,14 +91,14 @@ bool run_pool(const std::vector<PoolJob>& jobs, const PoolOptions& options,
     if (r.process <= 0 || waitpid(r.process, &status, WNOHANG) != r.process) return;
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     r.process = -1;
-    if (caught == 0) ended(r.job, {code, std::chrono::duration<double>(Clock::now() - r.start).count()});
+    if (caught_signal() == 0) ended(r.job, {code, std::chrono::duration<double>(Clock::now() - r.start).count()});
   };
   while (next < jobs.size() || any()) {
-    for (std::size_t k = 0; k < places.size() && caught == 0; ++k)
+    for (std::size_t k = 0; k < places.size() && caught_signal() == 0; ++k)
       if (running[k].process <= 0 && next < jobs.size()) start(k);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     for (Running& r : running) collect(r);
-    if (caught != 0) break;
+    if (caught_signal() != 0) break;
     std::vector<std::size_t> now;
     for (const Running& r : running)
       if (r.process > 0) now.push_back(r.job);
@@ -129,7 +108,7 @@ bool run_pool(const std::vector<PoolJob>& jobs, const PoolOptions& options,
     if (r.process > 0) kill(r.process, SIGTERM);
   for (const Running& r : running)
     if (r.process > 0) waitpid(r.process, nullptr, 0);
-  return caught == 0;
+  return caught_signal() == 0;
 }
 
 }  // namespace subsoil::sim

@@ -1,4 +1,4 @@
-#include "libsim/run/signals.hpp"
+#include "libsim/base/signals.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -8,11 +8,11 @@ void on_signal(int signal) { caught = signal; }
 
 int caught_signal() { return caught; }
 
-SignalGuard::SignalGuard() {
+SignalGuard::SignalGuard(Second second) {
   caught = 0;
   struct sigaction action {};
   action.sa_handler = on_signal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  action.sa_flags = second == Second::ends_at_once ? static_cast<int>(SA_RESETHAND) : 0;
   sigaction(SIGINT, &action, &old_int_);
   sigaction(SIGTERM, &action, &old_term_);
 }
