@@ -79,6 +79,8 @@ void look_at_densities_of_file(const Loaded& loaded, const World& world, Texts& 
     double count = 0, least = std::numeric_limits<double>::infinity(), most = 0;
     for (const dem::Sphere& one : world.bed->spheres()) {
       const double density = dem::density(one);
+      // Of a clump that a rough floor holds the spheres that it is made of are left, which share its mass.
+      if (dem::is_fixed(one) && !world.bed->clump_shapes().empty()) continue;
       if (one.id >= world.soil.fibres_from || one.kind == dem::SphereKind::member ||
           one.material != static_cast<int>(k) || std::abs(density / m.density - 1) < rounding)
         continue;

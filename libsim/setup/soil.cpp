@@ -392,6 +392,7 @@ dem::StepQuestion SoilBuilder::question() const {
   }
   // A clump's end yields like a lighter sphere: what impacts on clumps must be resolved by.
   for (const dem::ClumpShape& shape : world_.bed->clump_shapes()) {
+    if (!uses_clump(loaded_.scenario, shape.name)) continue;
     for (const dem::ClumpMember& m : shape.members) {
       q.largest_radius = std::max(q.largest_radius, m.radius);
       q.smallest_radius = std::min(q.smallest_radius, m.radius);

@@ -111,7 +111,6 @@ dem::LatticePlan SoilBuilder::lattice_plan(double pitch, bool around) const {
   const dem::BedMaterial lowest = material_of(layered() ? bed().layers.back().material : bed().material);
   dem::LatticePlan plan;
   plan.region = region();
-  refuse_too_deep();
   if (!layered()) plan.radius = sizes();
   plan.clumps = parts();
   plan.shares = shares_of(bed().shares);
@@ -283,6 +282,7 @@ void SoilBuilder::place() {
   if (!options_.place_soil) world_.bed->add(options_.restored);
   if (!has_bed() || !options_.place_soil) return;
   refuse_save_folder();
+  refuse_too_deep();
   try {
     place_made();
   } catch (const ScenarioError&) {

@@ -26,7 +26,6 @@ void SoilBuilder::refuse_too_deep() const {
 dem::RandomFill SoilBuilder::random_fill() const {
   dem::RandomFill fill;
   fill.region = region();
-  refuse_too_deep();
   fill.seed = static_cast<std::uint64_t>(bed().seed);
   if (layered()) {
     fill.layers = layers();

@@ -261,6 +261,7 @@ void choose_step(World& world, const Loaded& loaded, dem::StepQuestion all) {
                         loaded.where(fmt::format("contacts[{}].law", law)), s.materials[b].name));
       try {
         for (const dem::ClumpShape& shape : world.bed->clump_shapes()) {
+          if (!uses_clump(s, shape.name)) continue;
           if (soil[b]) limit_step(report, dem::stable_step(l, shape, question), between);
           if (surface[b]) limit_step(report, dem::stable_step_at_surface(l, shape, question), between);
         }

@@ -72,6 +72,17 @@ void describe(Fields& v, PlacedClump& c) {
   v.optional_reference("material", c.material, Family::material, "of its surface; left out: the bed's");
 }
 
+bool uses_clump(const Scenario& s, const std::string& shape) {
+  const auto named = [&](const auto& one) { return one.shape == shape; };
+  const auto any = [&](const auto& list) { return std::any_of(list.begin(), list.end(), named); };
+  const auto& bed = s.soil->bed;
+  if (bed && (bed->fill == Fill::file || any(bed->clumps) || any(bed->placed) ||
+              std::any_of(bed->layers.begin(), bed->layers.end(), [&](const Layer& l) { return any(l.clumps); })))
+    return true;
+  return std::any_of(s.soil->inlets.begin(), s.soil->inlets.end(),
+                     [&](const InletSection& i) { return any(clumps_of(i, bed)); });
+}
+
 bool only_clumps(const std::vector<ClumpShare>& shares) {
   double sum = 0;
   for (const ClumpShare& c : shares) sum += c.share;

@@ -46,6 +46,8 @@ void describe(Fields& v, PlacedClump& c);
 struct Checks;
 struct Scenario;
 void check_clumps(Checks& checks, const Scenario& s);
+/// Whether grains of this shape are in the bed or poured, or may be in the bed's file.
+bool uses_clump(const Scenario& s, const std::string& shape);
 /// Whether all grains of a bed are clumps, so that no radius of spheres is needed.
 bool only_clumps(const std::vector<ClumpShare>& shares);
 
