@@ -97,7 +97,8 @@ void describe(Fields& v, Scenario& s) {
       "engine", s.engine, {{"subsoil", SoilEngine::subsoil}, {"liggghts", SoilEngine::liggghts}},
       "what steps the spheres; liggghts: on many processes, `mpirun -np 4 subsoil run FILE.yaml`, for soil that one "
       "machine cannot hold or do in time (docs/reference/many-nodes.md)");
-  v.text("simd", s.simd, "instruction set of the soil kernel: portable, avx2, avx512, or auto: the best of this processor");
+  v.text("simd", s.simd,
+         "instruction set of the soil kernel: portable, avx2, avx512, or auto: the best of this processor");
   v.choice(
       "precision", s.precision, {{"double", dem::Precision::doubles}, {"mixed", dem::Precision::mixed}},
       "of the soil; mixed: positions and forces on surfaces in double; velocities, the force on a sphere, springs and "
