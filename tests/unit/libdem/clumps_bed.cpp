@@ -394,7 +394,7 @@ TEST(Clumps, StableStepIsOnTheSafeSide) {
   EXPECT_LT(kinetic(bed), 2 * still + 1e-12);
   bed.set_limits(1e6, 1e6);
   advance(12 * step, 0.05);
-  EXPECT_GT(kinetic(bed), 100 * still);
+  EXPECT_GT(kinetic(bed), 30 * still);
 }
 
 /// A bed filled to a depth: its mean surface is there, within half a grain, and no clump is cut.
