@@ -274,4 +274,13 @@ BedReport report(std::span<const Sphere> spheres, const Bounds& region, const Pe
   return out;
 }
 
+Bounds box_of(std::span<const Sphere> spheres) {
+  Bounds box;
+  for (const Sphere& s : spheres) {
+    const Vec3 around{s.r, s.r, s.r};
+    box.include(s.x - around), box.include(s.x + around);
+  }
+  return box;
+}
+
 }  // namespace subsoil::dem

@@ -63,4 +63,7 @@ BedReport report(const Bed& bed, const Bounds& region, std::uint32_t below = kAl
 
 double mean_radius(std::span<const Sphere> spheres);  ///< m; 0 of none
 
+/// That all of them fill, surfaces included.
+Bounds box_of(std::span<const Sphere> spheres);
+
 }  // namespace subsoil::dem

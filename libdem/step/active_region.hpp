@@ -77,6 +77,8 @@ class ActiveRegion {
 
   // What `Clumps` asks of a clump after the sweep.
   bool clump_moves(std::size_t clump) const { return clumps_.empty() || !clumps_[clump].asleep; }
+  /// Neither asleep nor falling asleep in this step.
+  bool clump_drifts(std::size_t clump) const { return clump_moves(clump) && !clump_freezes(clump); }
   bool clump_freezes(std::size_t clump) const { return !clumps_.empty() && clumps_[clump].freezes; }
   bool checks_clump(std::size_t clump) const { return !clumps_.empty() && clumps_[clump].checked; }
   /// Of one that is checked. @param turn by its moment, of the point farthest from its centre, m/s2

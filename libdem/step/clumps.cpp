@@ -196,8 +196,7 @@ BodyEnergy Clumps::energy(const ActiveRegion& region, const Vec3& gravity, doubl
   BodyEnergy out;
   for (std::size_t k = 0; k < clumps_.size(); ++k) {
     const BodyEnergy one = energy_of(k, gravity, before, dt);
-    const bool rests = region.clump_freezes(k) || !region.clump_moves(k);
-    if (!rests) out.kinetic += one.kinetic, out.rotational += one.rotational;
+    if (region.clump_drifts(k)) out.kinetic += one.kinetic, out.rotational += one.rotational;
     out.potential += one.potential;
   }
   return out;
@@ -223,7 +222,6 @@ void Clumps::complete(Snapshot& out, const ActiveRegion& region, const ParticleS
 }
 
 void Clumps::check(ActiveRegion& region, std::size_t clump, const Vec3& gravity) const {
-  if (!region.checks_clump(clump)) return;
   const Clump& c = clumps_[clump];
   const ClumpShape& shape = shapes_[c.shape];
   const Loaded sum = gathered(clump);
@@ -246,8 +244,8 @@ double Clumps::move(ActiveRegion& region, ParticleStore& particles, const Vec3& 
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (long n = 0; n < count; ++n) {
     const auto k = static_cast<std::size_t>(n);
-    if (!region.clump_moves(k)) check(region, k, gravity);
-    if (region.clump_freezes(k) || !region.clump_moves(k)) continue;
+    if (region.checks_clump(k)) check(region, k, gravity);
+    if (!region.clump_drifts(k)) continue;
     Clump& c = clumps_[k];
     const ClumpShape& shape = shapes_[c.shape];
     const Loaded sum = gathered(k);

@@ -8,28 +8,11 @@
 #include <utility>
 
 #include "libmbd/assembly/assembly.hpp"
+#include "libmbd/integrators/adams_weights.hpp"
 
 namespace subsoil::mbd {
 
 namespace {
-
-// Weights, newest first. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1.
-constexpr double bashforth[6][6] = {
-    {1.},
-    {3. / 2, -1. / 2},
-    {23. / 12, -16. / 12, 5. / 12},
-    {55. / 24, -59. / 24, 37. / 24, -9. / 24},
-    {1901. / 720, -2774. / 720, 2616. / 720, -1274. / 720, 251. / 720},
-    {4277. / 1440, -7923. / 1440, 9982. / 1440, -7298. / 1440, 2877. / 1440, -475. / 1440},
-};
-constexpr double moulton[6][6] = {
-    {1.},
-    {1. / 2, 1. / 2},
-    {5. / 12, 8. / 12, -1. / 12},
-    {9. / 24, 19. / 24, -5. / 24, 1. / 24},
-    {251. / 720, 646. / 720, -264. / 720, 106. / 720, -19. / 720},
-    {475. / 1440, 1427. / 1440, -798. / 1440, 482. / 1440, -173. / 1440, 27. / 1440},
-};
 
 // Error constants of the two, of order k: what a step leaves is C h^(k+1) y^(k+1).
 constexpr double bashforth_error[6] = {1. / 2, 5. / 12, 3. / 8, 251. / 720, 95. / 288, 19087. / 60480};
@@ -192,10 +175,7 @@ bool AdamsMoulton::attempt(double h) {
   return false;
 }
 
-std::span<const double> AdamsMoulton::weights() const {
-  const auto order = static_cast<std::size_t>(options_.order);
-  return std::span(moulton[order - 1]).first(order);
-}
+std::span<const double> AdamsMoulton::weights() const { return moulton_weights(options_.order); }
 
 // Short steps under soil, which are many, are not watched.
 void AdamsMoulton::watch_inputs(double h) {
@@ -382,6 +362,7 @@ void AdamsMoulton::on_restore(const Snapshot::Past& from) {
   step_ = from.step, origin_ = from.origin, steps_ = from.steps;
   level_ = static_cast<int>(std::clamp(from.level, 0L, static_cast<long>(most_halvings))), sure_ = from.sure;
   missed_ = {.missed = from.missed, .all = from.all};
+  step_error_.unseen = missed_.share();
   stored_ = 0, newest_ = 0;
   for (const std::vector<double>& rates : from.rates) {
     newest_ = (newest_ + 1) % order_max;

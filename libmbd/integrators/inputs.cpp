@@ -11,6 +11,7 @@
 #include "libmbd/base/quartic.hpp"
 #include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
+#include "libmbd/integrators/adams_weights.hpp"
 
 namespace subsoil::mbd {
 
@@ -83,9 +84,6 @@ void append_corners(const Function& f, double from, double until, Corners& out) 
         take(times[i] + n * period, (i == 0 || apart(i - 1)) && (i + 1 == times.size() || apart(i)));
   }
 }
-
-/// Weights of Adams-Moulton's formula of four values, newest first.
-constexpr std::array<double, 4> moulton_of_four{9. / 24, 19. / 24, -5. / 24, 1. / 24};
 
 /// Below this two times are one.
 double least_step(double t) { return 1e-11 * std::max(1.0, std::abs(t)); }
@@ -284,7 +282,7 @@ bool Inputs::resolves(double t, double end) const {
     if (off > share_of_bend * bend + share_of_largest * largest_[i]) return false;
     // What is the same at both ends as before, and bends in between, is seen by no method.
     constexpr double blind = 0.25;
-    const double missed = std::abs(taken(i, t, end - t, moulton_of_four) - mean(i, t, end));
+    const double missed = std::abs(taken(i, t, end - t, moulton_weights(4)) - mean(i, t, end));
     if (missed > blind * bend + share_of_largest * largest_[i]) return false;
   }
   return true;

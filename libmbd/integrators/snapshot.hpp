@@ -62,7 +62,7 @@ struct Snapshot {
     a("lowest potential", lowest_potential)("highest potential", highest_potential);
     a("elements", elements);
     a("largest error", error.largest)("error of positions", error.positions);
-    a("error of velocities", error.velocities)("fastest", error.fastest)("drift", error.drift)("unseen", error.unseen);
+    a("error of velocities", error.velocities)("fastest", error.fastest)("drift", error.drift);
     a("switches", switches)("events", events);
     a.group("past", [&] {
       a("step", past.step)("origin", past.origin)("steps", past.steps)("level", past.level)("sure", past.sure);

@@ -234,12 +234,7 @@ std::optional<Bin> bin_of(const Scenario& s, const World& world) {
 
 }  // namespace
 
-dem::Bounds bed_box(const World& world) {
-  dem::Bounds box;
-  for (const dem::Sphere& s : world.bed->spheres())
-    box.include(s.x - Vec3{s.r, s.r, s.r}), box.include(s.x + Vec3{s.r, s.r, s.r});
-  return box;
-}
+dem::Bounds bed_box(const World& world) { return dem::box_of(world.bed->spheres()); }
 
 std::vector<std::string> placement_warnings(const Scenario& s, const World& world) {
   std::vector<std::string> out;

@@ -5,20 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libdem/packing/measure.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libsim/scenario/gravity.hpp"
 
 namespace subsoil::sim {
 namespace {
-
-dem::Bounds soil_box(const World& world) {
-  dem::Bounds box;
-  for (const dem::Sphere& s : world.bed->spheres()) {
-    box.include(s.x - Vec3{s.r, s.r, s.r});
-    box.include(s.x + Vec3{s.r, s.r, s.r});
-  }
-  return box;
-}
 
 dem::Bounds box_at(const std::vector<Vec3>& points, const dem::Pose& pose) {
   dem::Bounds box;
@@ -71,7 +63,7 @@ std::vector<SurfaceFacts> surface_facts(const World& world, const Scenario& scen
   std::vector<SurfaceFacts> out;
   if (!world.bed) return out;
   const bool soil = !world.bed->spheres().empty();
-  const dem::Bounds bed = soil ? soil_box(world) : dem::Bounds{};
+  const dem::Bounds bed = soil ? dem::box_of(world.bed->spheres()) : dem::Bounds{};
   // Soil that is poured, or driven by fixed spheres, comes to a surface that stands still.
   const bool comes = !world.inlets.empty() ||
                      std::any_of(world.bed->spheres().begin(), world.bed->spheres().end(), [](const dem::Sphere& s) {
@@ -123,7 +115,7 @@ std::string surface_text(const SurfaceFacts& f, const World& world) {
 std::vector<std::string> surface_warnings(const std::vector<SurfaceFacts>& facts, const World& world) {
   std::vector<std::string> out;
   if (!world.bed || world.bed->spheres().empty()) return out;
-  const dem::Bounds bed = soil_box(world);
+  const dem::Bounds bed = dem::box_of(world.bed->spheres());
   const double width = largest(bed.high - bed.low);
   const double radius = smallest_radius(world), walls = widest_wall(world);
   for (const SurfaceFacts& f : facts) {

@@ -9,20 +9,14 @@
 #include <vector>
 
 #include "libdem/packing/carve.hpp"
+#include "libdem/packing/measure.hpp"
 
 namespace subsoil::sim {
 namespace {
 
-dem::Bounds box_of(std::span<const dem::Sphere> spheres) {
-  dem::Bounds box;
-  for (const dem::Sphere& s : spheres)
-    box.include(s.x - dem::Vec3{s.r, s.r, s.r}), box.include(s.x + dem::Vec3{s.r, s.r, s.r});
-  return box;
-}
-
 /// A guess where a solid with spheres inside is far larger than the soil: numbers in mm that were taken as m.
 std::string unit_guess(const dem::Boundary& b, std::span<const dem::Sphere> spheres) {
-  const dem::Bounds soil = box_of(spheres);
+  const dem::Bounds soil = dem::box_of(spheres);
   const dem::Bounds own = dem::bounds(b.shape);
   if (!std::isfinite(own.diagonal()) || own.diagonal() < 10 * soil.diagonal()) return {};
   return fmt::format("; {} is {:.3g} m large and the soil {:.3g} m: is the unit of its numbers right?", b.name,
@@ -81,7 +75,7 @@ void Clearing::clear_given() {
 }
 
 void Clearing::clear() {
-  const dem::Bounds soil = box_of(world_.bed->spheres());
+  const dem::Bounds soil = dem::box_of(world_.bed->spheres());
   remove_in_the_way();
   if (world_.soil.carved + world_.soil.unsettled_inside == 0) return;
   if (world_.bed->spheres().empty()) refuse_empty(soil);

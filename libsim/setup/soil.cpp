@@ -104,12 +104,7 @@ dem::Bounds SoilBuilder::region() const {
   const Soil& soil = *loaded_.scenario.soil;
   if (soil.bed && soil.bed->region) return {soil.bed->region->at, soil.bed->region->at + soil.bed->region->size};
   if (soil.container) return {soil.container->at, soil.container->at + soil.container->size};
-  dem::Bounds box;
-  for (const dem::Sphere& s : world_.bed->spheres()) {
-    box.include(s.x - Vec3{s.r, s.r, s.r});
-    box.include(s.x + Vec3{s.r, s.r, s.r});
-  }
-  return box;
+  return dem::box_of(world_.bed->spheres());
 }
 
 /// Where the bed is measured: one that has settled lies on the container's floor, wherever its region was.

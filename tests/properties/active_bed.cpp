@@ -32,7 +32,7 @@ struct Scene {
 };
 
 struct Kind {
-  bool clumps = false;  ///< of two spheres each, and loose spheres, in turn
+  bool clumps = false;  ///< every second grain, of two spheres each
   int threads = 1;
   Precision precision = Precision::doubles;
   int cache_blocks = 1;
@@ -174,7 +174,7 @@ TEST(ActiveBed, FrozenSpheresActAsResting) {
 }
 
 /// Fixed spheres sleep with what lies on them: floor and fixed spheres carry its weight all the while, and a restart
-/// knows what they bear. One that moves, however slowly, is no part of it: it goes on and keeps its block awake.
+/// knows what they bear. One that moves, however slowly, does not: it keeps its velocity, and its block awake.
 TEST(ActiveBed, FixedSpheresBearWhatSleepsOnThem) {
   for (const bool clumps : {false, true}) {
     Scene s = at_rest(kGrains, "grains", {.clumps = clumps});

@@ -388,13 +388,13 @@ TEST(Clumps, StableStepIsOnTheSafeSide) {
   const auto advance = [&](double dt, double time) {
     for (double t = 0; t < time; t += dt) bed.step(dt);
   };
-  advance(0.5 * step, 0.6);
+  advance(0.5 * step, 1.2);  // the last clump has rolled out, whatever the last bits are
   const double still = kinetic(bed);
   advance(0.98 * step, 0.1);
   EXPECT_LT(kinetic(bed), 2 * still + 1e-12);
   bed.set_limits(1e6, 1e6);
   advance(12 * step, 0.05);
-  EXPECT_GT(kinetic(bed), 30 * still);
+  EXPECT_GT(kinetic(bed), 100 * still);
 }
 
 /// A bed filled to a depth: its mean surface is there, within half a grain, and no clump is cut.
