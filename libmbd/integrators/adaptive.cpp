@@ -84,7 +84,10 @@ void Adaptive::on_start() {
 
 void Adaptive::restart() {
   wrench_changes_ = system_.wrench_changes();
+  const double at = now_.t;
+  if (follows_partition()) now_.t = inputs_.inside(at, at).time(at);
   partition_.evaluate(now_), elsewhere_ = false;
+  now_.t = at;
   if (watches_switches()) fire_due(), pass_contacts_at_zero(), release_friction();  // what begins beyond has no root
   if (partition_.used_rows() != rows_) {  // redundant constraints: others carry the multipliers now
     rows_ = partition_.used_rows();
@@ -118,7 +121,7 @@ void Adaptive::move(double h) {
   double before = front_;
   for (long taken = 0;;) {
     if (act_at_instant(end)) continue;
-    if (!(front_ < end)) break;
+    if (!(front_ < end) || (coupled_ && end - front_ <= same_instant(end))) break;
     if (taken == most_steps) give_up(taken, end);
     if (taken > 0 && taken % counted_steps == 0) {
       const double steps_needed = (end - front_) / (front_ - before) * counted_steps;
@@ -142,7 +145,7 @@ void Adaptive::move(double h) {
   if (behind && !coupled_) return hide();
   if (!coupled_) return show(end);
   need_state();
-  now_.t = end;
+  now_.t = front_ = end;
   commit();
   if (first_ == First::restart) restart();
   system_.set_state(now_.t, now_.q, now_.velocity);
@@ -414,7 +417,7 @@ void Adaptive::give_up(long taken, double end) {
 // converge: there is no other reason to stop where it fails without a past too.
 bool Adaptive::try_step(double stop, Reached& reached) {
   try {
-    reached = take_step(stop);
+    reached = take_step(stop, inputs_.inside(front_, stop));
     has_past_ = true;
     return true;
   } catch (const std::runtime_error& error) {
@@ -488,7 +491,9 @@ void Adaptive::method_step(double asked) {
     return passage_.enter();
   }
   commits_ = remembers_;
-  if (cut) first_ = First::restart;
+  // What solves for positions takes no rates from its past, and short steps harm it more than a jump of them.
+  const bool corner = follows_partition() && reached.t == stop && inputs_.is_corner(stop);
+  if (cut || corner) first_ = First::restart;
   if (reached.root) first_ = First::event;
   if (watches_switches() && has_friction_) stop_at_hidden_slip(begin, reached.root);
   if (watches_switches() && switches_.has_gaps()) stop_at_hidden_contact(begin);

@@ -53,8 +53,8 @@ class Adaptive : public Integrator {
   virtual void build() = 0;
   /// Begins at now_ and flows_, without history.
   virtual void begin() = 0;
-  /// One step of the method's choice; not beyond `stop` where it is finite.
-  virtual Reached take_step(double stop) = 0;
+  /// One step of the method's choice; not beyond `stop` where it is finite. Its inputs are seen from inside.
+  virtual Reached take_step(double stop, const Inputs::Inside& inside) = 0;
   /// Length of the step that the method takes next, at the most.
   virtual double planned_step() const = 0;
   /// Dense output at t, which is not beyond what was reached: q, q' (of independent coordinates at least; the others

@@ -57,6 +57,7 @@ struct Cvode::Solver {
   std::exception_ptr thrown;
   long steps_before = 0, evaluations_before = 0, of_jacobians = 0;
   bool stopped = false;  // by the stop time
+  Inputs::Inside inside;
   std::unique_ptr<Partition> of_spectrum;
   Eigen::MatrixXd jacobian;  // of v', v'' and the rates of the states by v, v' and the states
   Eigen::VectorXd shifted, at_state;
@@ -266,7 +267,7 @@ struct Cvode::Solver {
   }
   long right_sides() const { return of_jacobians + count(CVodeGetNumRhsEvals, "CVodeGetNumRhsEvals"); }
   void evaluate(double t, N_Vector from) {
-    unpack(t, N_VGetArrayPointer(from), trial);
+    unpack(inside.time(t), N_VGetArrayPointer(from), trial);
     expected = trial.q;
     try {
       partition.evaluate(trial);
@@ -367,8 +368,9 @@ bool Cvode::wants_restart() {
   return stiffness_.wants_change();
 }
 
-Adaptive::Reached Cvode::take_step(double stop) {
+Adaptive::Reached Cvode::take_step(double stop, const Inputs::Inside& inside) {
   auto& s = *solver_;
+  s.inside = inside;
   if (std::isfinite(stop)) check_cvode(CVodeSetStopTime(s.memory, stop), "CVodeSetStopTime");
   double t = s.good.t, taken = 0;
   const long evaluations_before = s.right_sides();

@@ -360,7 +360,7 @@ long Ida::evaluations() const {
   return solver_->evaluations_before + count + of_jacobians + solver_->of_jacobians;
 }
 
-Adaptive::Reached Ida::take_step(double stop) {
+Adaptive::Reached Ida::take_step(double stop, const Inputs::Inside&) {
   auto& s = *solver_;
   if (s.fresh) {
     // IDA's own first step follows from y'/weight and can fall to 1e-13 s, where rounding e/h of an index-2 system

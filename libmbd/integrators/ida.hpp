@@ -28,7 +28,7 @@ class Ida : public Adaptive {
  protected:
   void build() override;
   void begin() override;
-  Reached take_step(double stop) override;
+  Reached take_step(double stop, const Inputs::Inside& inside) override;
   double planned_step() const override;
   void read(double t) override;
   void dense(double t, StepSegment& out) override;

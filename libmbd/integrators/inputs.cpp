@@ -12,6 +12,7 @@
 #include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/integrators/adams_weights.hpp"
+#include "libmbd/system/given_functions.hpp"
 
 namespace subsoil::mbd {
 
@@ -91,24 +92,10 @@ double least_step(double t) { return 1e-11 * std::max(1.0, std::abs(t)); }
 }  // namespace
 
 Inputs::Inputs(const Model& model) {
-  // The members of elements that are functions of time; a new one has its line here, or its test fails.
-  const auto take_all = [this]<class Element>(const Element& e) {
-    if constexpr (requires { e.fx; }) add(e.fx), add(e.fy), add(e.moment);
-    if constexpr (requires { e.actuator; }) add(e.actuator);
-    if constexpr (requires { e.voltage; }) add(e.voltage);
-    if constexpr (requires { e.curve; }) add(e.share);
-    if constexpr (requires { e.valve; }) add(e.valve), add(e.flow);
-    if constexpr (requires { e.wind_x; }) add(e.wind_x), add(e.wind_y);
-    if constexpr (requires { e.motion; }) add(e.motion.position), add(e.motion.velocity), add(e.motion.acceleration);
-  };
+  const auto take_all = [this](const auto& e) { visit_given_functions(e, [this](const Function& f) { add(f); }); };
   for (const auto& force : model.forces) visit(take_all, force.element);
   for (const auto& driver : model.drivers) visit(take_all, driver.element);
-  for (const auto& controller : model.controllers)
-    visit(
-        [this]<class Controller>(const Controller& c) {
-          if constexpr (Controller::has.functions) add(c.set_point), add(c.bias);
-        },
-        controller.element);
+  for (const auto& controller : model.controllers) visit(take_all, controller.element);
   std::sort(turns_.begin(), turns_.end());
   values_.resize(functions_.size()), largest_.resize(functions_.size());
 }
@@ -203,6 +190,8 @@ void Inputs::sample_around(double t) {
   const auto kept = next ? std::lower_bound(times_.begin(), times_.end(), index * window) : times_.end();
   const auto dropped = kept - times_.begin();
   times_.erase(times_.begin(), kept);
+  corners_.erase(corners_.begin(),
+                 next ? std::lower_bound(corners_.begin(), corners_.end(), index * window) : corners_.end());
   for (auto& values : values_) values.erase(values.begin(), values.begin() + dropped);
   if (!next) append_window(index);
   append_window(index + 1);
@@ -237,6 +226,8 @@ void Inputs::append_window(double index) {
   for (double k = 0; k * spacing < window; ++k) times.push_back(begin + k * spacing);
   Corners corners;
   for (const Function* f : functions_) append_corners(*f, begin, begin + window, corners);
+  std::sort(corners.resolved.begin(), corners.resolved.end());
+  corners_.insert(corners_.end(), corners.resolved.begin(), corners.resolved.end());
   times.insert(times.end(), corners.resolved.begin(), corners.resolved.end());
   // A step that begins on a jump, or a power of two before it, shortens until it sees the jump's inside.
   for (const double jump : corners.jumps) {
@@ -248,6 +239,20 @@ void Inputs::append_window(double index) {
   for (std::size_t i = 0; i < functions_.size(); ++i)
     for (const double t : times) values_[i].push_back(value_or_nan(*functions_[i], t));
   times_.insert(times_.end(), times.begin(), times.end());
+}
+
+bool Inputs::is_corner(double t) const {
+  const auto next = std::lower_bound(corners_.begin(), corners_.end(), t - least_step(t));
+  return next != corners_.end() && *next <= t + least_step(t);
+}
+
+Inputs::Inside Inputs::inside(double t, double stop) const {
+  // The place in a table that repeats itself is known to rounding of the time.
+  const auto apart = [](double at) { return 4 * std::numeric_limits<double>::epsilon() * std::abs(at); };
+  Inside out;
+  if (is_corner(t)) out.from = t + apart(t);
+  if (std::isfinite(stop) && stop > t && is_corner(stop)) out.until = stop - apart(stop);
+  return out;
 }
 
 double Inputs::next_corner(double t, double until) const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,6 +24,13 @@ class Inputs {
   static constexpr double spacing = 2.5e-4;  ///< s
   static constexpr double window = 0.5;      ///< s; no step is longer where there are inputs
 
+  /// The times at which a step sees its inputs: where it begins or ends at a corner, at which a slope jumps, those a
+  /// few ulp inside.
+  struct Inside {
+    double from = -std::numeric_limits<double>::infinity(), until = -from;
+    double time(double t) const { return std::clamp(t, from, until); }
+  };
+
   explicit Inputs(const Model& model);
   /// Whether any varies faster than a polynomial.
   bool any() const { return !functions_.empty(); }
@@ -38,6 +47,10 @@ class Inputs {
   void add_missed(double t, double step, std::span<const double> weights, Missed& to);
   /// Where a step from t that wants to be `planned` long has to end at the latest.
   double stop(double t, double planned);
+  /// Whether t, in the windows around the last stop(), is a corner of a ramp or a table.
+  bool is_corner(double t) const;
+  /// Of a step from t whose end, if it gets so far, is `stop`; both as in stop().
+  Inside inside(double t, double stop) const;
   /// The first corner of a ramp or a table in (t, until), `until` where there is none.
   double next_corner(double t, double until) const;
   /// The first time after t at which a polynomial may turn; infinity: none does.
@@ -57,7 +70,7 @@ class Inputs {
   std::vector<double> turns_;  // of polynomials, rising
   double index_ = 0;           // of the first of the two windows that are sampled
   bool sampled_ = false;
-  std::vector<double> times_;
+  std::vector<double> times_, corners_;
   std::vector<std::vector<double>> values_;  // of each function at times_; NaN where it has none
   std::vector<double> largest_;              // of each function's |values|
 };

@@ -11,6 +11,7 @@
 
 #include "libmbd/elements.hpp"
 #include "libmbd/integrators/adaptive.hpp"
+#include "libmbd/joints/revolute.hpp"
 #include "libmbd/joints/translational.hpp"
 #include "libmbd/machine.hpp"
 
@@ -112,6 +113,62 @@ TEST(InputsOfAdamsMoulton, PulsesAreSeenOrSaidToBeMissed) {
   smooth.start_from_pose();
   smooth.advance(10);
   EXPECT_LT(smooth.integrator().step_error().unseen, 1e-3);
+}
+
+// A driver whose acceleration jumps at the corners of its velocity, wherever they lie and however often, between
+// samples and on them: the block goes the way under the lines, and a pendulum on it keeps the balance of energy, by
+// 1e-5 of what moves.
+TEST_P(Inputs, ADriverPassesCornersOfItsVelocity) {
+  struct Case {
+    double begin, rise, top;
+    bool periodic;
+  };
+  for (const Case& c : {Case{0.5, 5e-3, 1, false}, Case{0.5, 2e-3, 1, false}, Case{0.2003, 2e-4, -1, false},
+                        Case{0.2003, 1e-4, 0.5, false}, Case{0.5, 1e-4, 0.01, false}, Case{0, 1e-3, 0.5, true}}) {
+    Model m;
+    m.add({.name = "block", .mass = mass, .inertia = 1});
+    m.add({.name = "bob", .mass = 1, .inertia = 0.1, .pose = {0, -0.5, 0}});
+    m.add("guide", Translational{.body_a = 0, .body_b = 1});
+    m.add("pin", Revolute{.body_a = 1, .body_b = 2, .p_b = {0, 0.5}});
+    CoordinateDriver driver{.body = 1, .coordinate = Coordinate::x};
+    driver.motion.velocity = TableFunction({c.begin, c.begin + c.rise, c.begin + 2 * c.rise}, {0, c.top, 0}, c.periodic,
+                                           PiecewiseCubic::Between::linear);
+    m.add("drive", driver);
+    Machine machine(std::move(m), {.integrator = GetParam()});
+    machine.start_from_pose();
+    for (int row = 1; row <= 9; ++row) machine.advance_to(0.1 * row);
+    const double way = c.periodic ? 0.9 * c.top / 2 : c.top * c.rise;
+    EXPECT_NEAR(machine.body(1).r.x, way, 1e-9) << c.begin << " s, " << c.rise << " s";
+    EXPECT_LT(std::abs(machine.energy().balance()), 1e-5 * machine.energy().moved + 1e-8)  // J: as tolerances are
+        << c.begin << " s, " << c.rise << " s";
+  }
+}
+
+// The current of a coil of 1 ms moves hardly anything at first, and steps of Adams-Moulton are made for it all the
+// same: angle after a half-sine of voltage U over T, of k, R, J: U 2 T/pi/k' (1 - exp(-k'' t)) by an integration of
+// its own, to 1e-7.
+TEST(InputsOfAdamsMoulton, CurrentsAreHeldToTheirTolerance) {
+  const auto angle = [](IntegratorKind kind) {
+    Model m;
+    m.gravity = {0, 0};
+    m.add({.name = "rotor", .mass = 2, .inertia = 0.01});
+    m.add("pin", Revolute{.body_a = 0, .body_b = 1});
+    ElectricMotor motor{.body_a = 0, .body_b = 1};
+    motor.torque_constant = 0.1, motor.resistance = 1, motor.inductance = 1e-3;
+    motor.voltage = formula([](double t) {
+      const double s = (t - 0.133) / 0.002;
+      return s > 0 && s < 1 ? 10 * std::sin(std::numbers::pi * s) : 0.0;
+    });
+    m.add("motor", motor);
+    MachineOptions options{.integrator = kind};
+    options.adams_moulton.longest_step = 1e-3, options.adams_moulton.error_per_second = 2e-6;
+    Machine machine(std::move(m), options);
+    machine.start_from_pose();
+    for (int k = 1; k <= 500; ++k) machine.advance_to(1e-3 * k);
+    return machine.body(1).angle;
+  };
+  EXPECT_NEAR(angle(IntegratorKind::adams_moulton), 0.0389682707, 1e-7);
+  EXPECT_NEAR(angle(IntegratorKind::cvode), 0.0389682707, 1e-8);
 }
 
 // A swing that is no more than smooth costs no step beside those of the same motion without the bound.
