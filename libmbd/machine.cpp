@@ -7,24 +7,12 @@
 #include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
 #include "libmbd/measures.hpp"
+#include "libmbd/system/extent.hpp"
 #include "libmbd/system/wrench.hpp"
 
 namespace subsoil::mbd {
 
 namespace {
-// Kinetic energy of all bodies at a ten-thousandth of the machine's length in a second, and their weights over 1e-10 of
-// it, to which no tolerance holds a pose. A machine held at rest moves none, and one that begins to move has work of
-// the size of what the first steps, of low order, may err by: that is no share of anything.
-double energy_at_rest(const System& system) {
-  constexpr double share = 1e-4;
-  const double length = system.length_scale(), speed = share * length;
-  const double gravity = std::hypot(system.model().gravity[0], system.model().gravity[1]);
-  double energy = 0;
-  for (const Body& b : system.model().bodies)
-    energy += 0.5 * (b.mass * speed * speed + b.inertia * share * share) + 1e-10 * b.mass * gravity * length;
-  return energy;
-}
-
 Reaction reaction_of(const System& system, std::size_t joint, const Eigen::VectorXd& lambda) {
   const int first = visit([](const auto& j) { return j.body_a; }, system.model().joints[joint].element);
   const Wrench w = joint_wrench(system, joint, lambda, first);

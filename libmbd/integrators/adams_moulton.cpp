@@ -9,6 +9,7 @@
 
 #include "libmbd/assembly/assembly.hpp"
 #include "libmbd/integrators/adams_weights.hpp"
+#include "libmbd/system/extent.hpp"
 
 namespace subsoil::mbd {
 
@@ -111,11 +112,12 @@ void AdamsMoulton::on_advance(double h) {
   begin_errors();
   const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
   const bool controlled = std::isfinite(options_.error_per_second);
+  const double last = clock_.end_of_step(now_.t, h, asked_end_);
   for (double part = 0; part < parts; ++part) {
     if (part > 0) part_segment();
-    const double end = now_.t + h / parts;
+    const double end = part + 1 < parts ? now_.t + h / parts : last;
     if (controlled) {
-      controlled_step(h / parts);
+      controlled_step(end);
     } else {
       watch_inputs(h / parts);
       whole_step(h / parts);
@@ -124,10 +126,10 @@ void AdamsMoulton::on_advance(double h) {
   }
 }
 
-// In units of the smallest part, so that fewer parts begin where a larger one does. It may end before h, at an event.
-void AdamsMoulton::controlled_step(double h) {
+// In units of the smallest part, so that fewer parts begin where a larger one does. It may end before, at an event.
+void AdamsMoulton::controlled_step(double end) {
   constexpr long all = 1L << most_halvings;
-  const double end = now_.t + h;
+  const double h = end - now_.t;
   for (long done = 0; done < all;) {
     const long part = all >> level_;
     if (!attempt(h * static_cast<double>(part) / all)) {
@@ -135,6 +137,7 @@ void AdamsMoulton::controlled_step(double h) {
       continue;
     }
     done += part;
+    if (part < all) energy_range_.see(system_);  // what comes and goes within the step has moved too
     if (done < all && ends_at_event()) return;
     if (done < all) part_segment();
     if (level_ > 0 && sure_ > 2 * options_.order && done % (2 * part) == 0) --level_, sure_ = 0;
@@ -150,6 +153,7 @@ bool AdamsMoulton::attempt(double h) {
   const MotionState before = now_;
   const EnergyFlows flows_before = flows_;
   const StepError errors_before = step_error_;
+  const double of_flows = flow_error_;
   const double allowed = std::max(options_.error_per_second * h, least_error);
   // Across a singular configuration the past leads; what predictor and corrector differ by there is rounding over the
   // distance, which parts of the step, begun again beside it, make larger.
@@ -161,7 +165,8 @@ bool AdamsMoulton::attempt(double h) {
     // Of a machine that begins to move: what it gains in the step.
     const double gained = h * now_.acceleration.cwiseProduct(scale_).cwiseAbs().maxCoeff();
     const double error = step_error_.positions - errors_before.positions +
-                         (velocity > 0 ? velocity / std::max(step_error_.fastest, gained) : 0);
+                         (velocity > 0 ? velocity / std::max(step_error_.fastest, gained) : 0) +
+                         (flow_error_ - of_flows);
     if (error <= allowed || last || (has_past && (began_near || was_near_singular_))) {
       sure_ = error <= sure_share * allowed ? sure_ + 1 : 0;
       return true;
@@ -200,12 +205,14 @@ void AdamsMoulton::whole_step(double h) {
     step_ = h, origin_ = now_.t, steps_ = 0;
   }
   take_jump();
+  // Known beforehand, so that what is evaluated at the end is of that instant to the last bit: there it may jump.
+  end_ = origin_ + static_cast<double>(++steps_) * step_;
   if (stored_ < options_.order) {
     one_step(step_);
   } else {
     multistep(step_);
   }
-  now_.t = origin_ + static_cast<double>(++steps_) * step_;
+  now_.t = end_;
   if (!bridged_ && partition_.asks_for_choice()) choose_again();
   push_past();
 }
@@ -248,7 +255,7 @@ void AdamsMoulton::multistep(double h) {
 void AdamsMoulton::predict(double h) {
   const auto n = now_.q.size();
   sum_past(bashforth[options_.order - 1], options_.order, h);
-  trial_.t = now_.t + h;
+  trial_.t = end_;
   trial_.q = now_.q + sum_.head(n);
   trial_.velocity = now_.velocity + sum_.segment(n, n);
   trial_.states = now_.states + sum_.tail(now_.states.size());
@@ -267,6 +274,7 @@ void AdamsMoulton::correct(double h) {
 void AdamsMoulton::keep_predicted() {
   predicted_q_ = trial_.q;
   predicted_velocity_ = trial_.velocity;
+  predicted_flows_ = sum_.tail(now_.rates.size());
 }
 
 void AdamsMoulton::estimate_error(double h) {
@@ -278,6 +286,20 @@ void AdamsMoulton::estimate_error(double h) {
     velocity = std::max(velocity, std::abs(trial_.velocity[i] - predicted_velocity_[i]) * scale_[i]);
   }
   add_error(h, share * position, share * velocity, trial_);
+  predicted_flows_ = sum_.tail(now_.rates.size()) + h * moulton[k][0] * trial_.rates - predicted_flows_;
+  add_flow_error(share, predicted_flows_, trial_);
+}
+
+void AdamsMoulton::add_flow_error(double share, const Eigen::Ref<const Eigen::VectorXd>& difference,
+                                  const MotionState& at) {
+  const Eigen::Index states = at.states.size(), energies = difference.size() - states;
+  const double there = system_.kinetic() + std::abs(system_.stored()) + energy_at_rest(system_) +
+                       flows_.of_elements.head(energies).cwiseAbs().sum();
+  double most = energies > 0 ? difference.head(energies).cwiseAbs().maxCoeff() / there : 0;
+  for (Eigen::Index i = 0; i < states; ++i)
+    most = std::max(most, std::abs(difference[energies + i]) /
+                              (system_.state_scales()[static_cast<std::size_t>(i)] + std::abs(at.states[i])));
+  flow_error_ += share * most;
 }
 
 // A step that is repeated from the same time, to find an event in it, counts once.
@@ -340,13 +362,15 @@ void AdamsMoulton::check_branch() {
 void AdamsMoulton::one_step(double h) {
   const double start = now_.t;
   for (int i = 0; i < substeps; ++i) {
-    starter_.step(now_, h / substeps, trial_, flows_.of_elements);
+    const double end = i + 1 < substeps ? start + h * (i + 1) / substeps : end_;
+    starter_.step(now_, end - now_.t, trial_, flows_.of_elements);
     std::swap(now_, trial_);
-    now_.t = start + h * (i + 1) / substeps;
-    const auto errors = starter_.errors();
+    now_.t = end;
+    const Eigen::VectorXd& errors = starter_.errors();
     const auto n = scale_.size();
     add_error(h / substeps, errors.head(n).cwiseProduct(scale_).cwiseAbs().maxCoeff(),
-              errors.tail(n).cwiseProduct(scale_).cwiseAbs().maxCoeff(), now_);
+              errors.segment(n, n).cwiseProduct(scale_).cwiseAbs().maxCoeff(), now_);
+    add_flow_error(1, errors.tail(now_.rates.size()), now_);
   }
 }
 
@@ -354,6 +378,7 @@ void AdamsMoulton::on_save(Snapshot::Past& out) const {
   out.step = step_, out.origin = origin_, out.steps = steps_, out.level = level_, out.sure = sure_;
   for (int age = stored_; age-- > 0;) out.rates.push_back(numbers(past_.col(slot(age))));
   out.missed = missed_.missed, out.all = missed_.all;
+  out.clock = clock_;
 }
 
 void AdamsMoulton::on_restore(const Snapshot::Past& from) {
@@ -362,6 +387,7 @@ void AdamsMoulton::on_restore(const Snapshot::Past& from) {
   step_ = from.step, origin_ = from.origin, steps_ = from.steps;
   level_ = static_cast<int>(std::clamp(from.level, 0L, static_cast<long>(most_halvings))), sure_ = from.sure;
   missed_ = {.missed = from.missed, .all = from.all};
+  clock_ = from.clock;
   step_error_.unseen = missed_.share();
   stored_ = 0, newest_ = 0;
   for (const std::vector<double>& rates : from.rates) {

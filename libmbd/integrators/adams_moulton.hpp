@@ -22,11 +22,12 @@ namespace subsoil::mbd {
 /// device): |y - y*| C_M / (C_B + C_M) with the error constants of both; step_error() sums it. A step that errs by a
 /// tenth of the machine's length ends the run. Steps of the start, and of each restart at an event, count with the
 /// error of the embedded order 4. Where an error per second is given, steps are halved to it: first steps of an impact
-/// err by a low power of their length, since the force of a contact is no polynomial of time. So are steps that do not
-/// see what inputs do in them; of given steps step_error() has the share that they miss. A step that ends on a
-/// singular pose is bridged: q and q' by the predictor, closed with minimum change, q'' by extrapolation of the same
-/// order, reactions of the step before. A step over one must continue smoothly: when the constraints answer with
-/// velocities that the predictor does not know, the run stops instead of changing its branch.
+/// err by a low power of their length, since the force of a contact is no polynomial of time. Elements' states, as
+/// currents and pressures, works and losses are held to the same share of their size. Steps that do not see what inputs
+/// do in them are halved too; of given steps step_error() has the share that they miss. A step that ends on a singular
+/// pose is bridged: q and q' by the predictor, closed with minimum change, q'' by extrapolation of the same order,
+/// reactions of the step before. A step over one must continue smoothly: when the constraints answer with velocities
+/// that the predictor does not know, the run stops instead of changing its branch.
 class AdamsMoulton : public Integrator {
  public:
   AdamsMoulton(System& system, const AdamsMoultonOptions& options);
@@ -46,7 +47,7 @@ class AdamsMoulton : public Integrator {
   bool follows_on(double h) const;  ///< a step of that length has the past of those before
   void whole_step(double h);
   void choose_again();
-  void controlled_step(double h);
+  void controlled_step(double end);
   bool attempt(double h);
   void push_past();
   void take_jump();
@@ -59,6 +60,7 @@ class AdamsMoulton : public Integrator {
   void estimate_error(double h);
   void begin_errors();
   void add_error(double h, double position, double velocity, const MotionState& at);
+  void add_flow_error(double share, const Eigen::Ref<const Eigen::VectorXd>& difference, const MotionState& at);
   void one_step(double h);
   void sum_past(const double* weights, int count, double h);
   template <std::size_t... age>
@@ -69,11 +71,15 @@ class AdamsMoulton : public Integrator {
   // Columns (q', q'', rates) of the last steps, a ring: a predictor or corrector is then one sum over columns.
   Eigen::MatrixXd past_;
   Eigen::VectorXd sum_;
-  Eigen::VectorXd predicted_q_, predicted_velocity_, scale_;  // of the step, before the joints are closed
+  double flow_error_ = 0;  // sum over the steps, of an energy to what is there, of an element's state to its size (1)
+  Eigen::VectorXd predicted_q_, predicted_velocity_, predicted_flows_,
+      scale_;  // of the step, before the joints are closed
   int newest_ = 0, stored_ = 0;
   double step_ = 0;
   double origin_ = 0;  // time of the first step of this length: t = origin + steps * h does not gather rounding
+  double end_ = 0;     // of the step
   long steps_ = 0, wrench_changes_ = 0;
+  StepClock clock_;  // of advance()
   MotionState trial_;
   RungeKutta starter_;
   Inputs inputs_;

@@ -12,6 +12,7 @@
 #include "libmbd/integrators/evaluation.hpp"
 #include "libmbd/integrators/events.hpp"
 #include "libmbd/integrators/snapshot.hpp"
+#include "libmbd/integrators/step_clock.hpp"
 
 namespace subsoil::mbd {
 
@@ -208,28 +209,6 @@ class Integrator {
   Eigen::VectorXd lost_at_once_;     ///< by the ground when it took the last step, J: of the next one, as its ruts are
   std::size_t segments_before_ = 0;
   std::vector<double> gaps_;
-};
-
-/// Ends of equal steps without gathered rounding: origin + count * h for as long as h stays what it is. Steps that
-/// differ by rounding gather: origin and h are set again before that is seen.
-class StepClock {
- public:
-  void restart() { step_ = 0; }
-  /// @param asked the end where it is given as a time; NaN: it is not
-  double end_of_step(double now, double h, double asked) {
-    const double end = end_of_step(now, h), rounding = 1e-9 * h + 4e-16 * std::abs(end);
-    return std::abs(end - asked) <= rounding ? asked : end;
-  }
-  double end_of_step(double now, double h) {
-    const double end = origin_ + static_cast<double>(count_ + 1) * step_;
-    const bool goes_on = std::abs(h - step_) <= 1e-9 * step_ && std::abs(end - (now + h)) <= 1e-10 * h;
-    if (!goes_on) step_ = h, origin_ = now, count_ = 0;
-    return origin_ + static_cast<double>(++count_) * step_;
-  }
-
- private:
-  double step_ = 0, origin_ = 0;
-  long count_ = 0;
 };
 
 std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, System& system, const AdamsMoultonOptions& adams = {},

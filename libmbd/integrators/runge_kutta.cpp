@@ -27,8 +27,7 @@ void keep_rates(Eigen::MatrixXd& columns, Eigen::Index column, const MotionState
   f.head(n) = m.velocity, f.segment(n, n) = m.acceleration, f.tail(m.rates.size()) = m.rates;
 }
 
-RungeKutta::RungeKutta(const System& system, Partition& partition)
-    : partition_(partition), coordinates_(2 * system.coordinates()) {
+RungeKutta::RungeKutta(const System& system, Partition& partition) : partition_(partition) {
   stages_.setZero(2 * system.coordinates() + system.rate_count(), stage_count + 1);
   weights_.setZero(stage_count + 1), sum_.setZero(stages_.rows());
 }

@@ -19,8 +19,9 @@ class RungeKutta {
   /// The same by Heun's method of order 3, whose stages stay short of the end, for an end on a singular pose: there q
   /// and q' are taken as they come, q'' and powers are carried on, reactions are those of the last stage.
   void step_onto_singular(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows);
-  /// Of the last step(): the errors of all q, then of all q', that it has left, estimated.
-  Eigen::VectorBlock<const Eigen::VectorXd> errors() const { return sum_.head(coordinates_); }
+  /// Of the last step(): the errors of all q, then of all q', then of the flows, the elements' states at their end,
+  /// that it has left, estimated.
+  const Eigen::VectorXd& errors() const { return sum_; }
 
  private:
   void sum(const double* weights, int count, double h);
@@ -29,7 +30,6 @@ class RungeKutta {
   Partition& partition_;
   Eigen::MatrixXd stages_;
   Eigen::VectorXd weights_, sum_;
-  Eigen::Index coordinates_;  // and velocities
 };
 
 }  // namespace subsoil::mbd

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "libmbd/integrators/step_clock.hpp"
 #include "libmbd/system/system.hpp"
 
 namespace subsoil::mbd {
@@ -50,6 +51,7 @@ struct Snapshot {
     long level = 0, sure = 0;                ///< of steps that are halved to their error
     std::vector<std::vector<double>> rates;  ///< the oldest first
     std::vector<double> missed, all;         ///< of inputs, by given steps
+    StepClock clock;                         ///< of advance()
     bool operator==(const Past&) const = default;
   } past;
 
@@ -67,6 +69,7 @@ struct Snapshot {
     a.group("past", [&] {
       a("step", past.step)("origin", past.origin)("steps", past.steps)("level", past.level)("sure", past.sure);
       a("rates", past.rates)("missed", past.missed)("all", past.all);
+      past.clock.archive(a);
     });
   }
 };

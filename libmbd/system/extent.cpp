@@ -1,11 +1,15 @@
 #include "libmbd/system/extent.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "libmbd/elements.hpp"
+#include "libmbd/system/bodies_of.hpp"
 
 namespace subsoil::mbd {
 namespace {
@@ -64,6 +68,35 @@ double extent_by_forces(const Model& model) {
   double extent = 0;
   for (const auto& [group, box] : boxes) extent = std::max(extent, length(box.high - box.low));
   return extent;
+}
+
+Chains chains_of(const Model& model) {
+  Chains out{std::vector<int>(model.bodies.size() + 1), std::vector<int>(model.joints.size(), -1)};
+  std::iota(out.of_bodies.begin(), out.of_bodies.end(), 0);
+  const auto join = [&](std::size_t joint, const std::vector<int>& bodies) {
+    int least = std::numeric_limits<int>::max();
+    for (const int body : bodies)
+      if (body > 0) least = std::min(least, out.of_bodies[static_cast<std::size_t>(body)]);
+    bool changed = false;
+    for (const int body : bodies)
+      if (body > 0) changed |= std::exchange(out.of_bodies[static_cast<std::size_t>(body)], least) != least;
+    if (least < std::numeric_limits<int>::max()) out.of_joints[joint] = least;
+    return changed;
+  };
+  for (bool changed = true; std::exchange(changed, false);)
+    for (std::size_t i = 0; i < model.joints.size(); ++i)
+      visit([&](const auto& j) { changed |= join(i, bodies_of(j)); }, model.joints[i].element);
+  return out;
+}
+
+double energy_at_rest(const System& system) {
+  constexpr double share = 1e-4;
+  const double length = system.length_scale(), speed = share * length;
+  const double gravity = std::hypot(system.model().gravity[0], system.model().gravity[1]);
+  double energy = 0;
+  for (const Body& b : system.model().bodies)
+    energy += 0.5 * (b.mass * speed * speed + b.inertia * share * share) + 1e-10 * b.mass * gravity * length;
+  return energy;
 }
 
 }  // namespace subsoil::mbd

@@ -15,7 +15,7 @@ namespace subsoil::sim {
 namespace {
 
 /// Of arrays and what they hold; a change in either takes the next number.
-constexpr std::int64_t kStateFormat = 11;
+constexpr std::int64_t kStateFormat = 12;
 
 void archive_layers(Archive& a, SoilReport& soil) {
   std::size_t count = soil.layers.size();
