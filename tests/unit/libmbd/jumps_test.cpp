@@ -65,6 +65,18 @@ TEST(Jumps, AreFoundWithPlaceAndSize) {
   }
 }
 
+/// Lines and ramps over a tenth of a millisecond, between two samples or on one, are steep and do not jump.
+TEST(Jumps, SteepIsNoJump) {
+  for (const double begin : {0.2003, 0.5, 0.19, 1. / 3})
+    for (const double rise : {1e-4, 1e-5, 2e-4}) {
+      const Function lines =
+          TableFunction({begin, begin + rise, begin + 2 * rise}, {0, 0.01, 0}, false, PiecewiseCubic::Between::linear);
+      EXPECT_FALSE(first_jump(lines, Smooth::value, 0, 1)) << begin << " s, " << rise << " s";
+      const Function ramp = RampFunction{.from = 0, .to = 1e-4, .begin = begin, .end = begin + rise};
+      EXPECT_FALSE(first_jump(ramp, Smooth::value_and_rate, 0, 1)) << begin << " s, " << rise << " s";
+    }
+}
+
 TEST(Jumps, TheFirstOfSeveralIsReported) {
   const Function two = SumFunction{{step(0.8, 0.1), step(0.3, 0.1)}};
   EXPECT_NEAR(first_jump(two, Smooth::value, 0, 2)->time, 0.3, 3e-9);
