@@ -77,7 +77,7 @@ void Sampler::sample(const PidController& c, double t, double y) {
 
 bool Sampler::act(const PidController& c, double t, double close, double measured, const double* x) {
   if (sample_at(c) <= t + close) {
-    sample(c, t, c.seen(measured, x));
+    sample(c, sample_at(c), c.seen(measured, x));  // t differs by rounding, beside which a set point may jump
     ++count_;
   }
   const double before = held(t);

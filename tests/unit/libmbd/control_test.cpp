@@ -223,6 +223,56 @@ TEST_P(Pid, GoesOnFromASnapshotWithTheSameNumbers) {
   }
 }
 
+// Outputs change at 20 k + 47 ms, which is an end of advance() to rounding only: 0.227 s here and an ulp beside it
+// there. Behind a change of what acts from outside each end is a stop of the method, which begins anew at the output.
+TEST_P(Pid, OutputsAndEndsThatDifferByRoundingAreOneInstant) {
+  PidController pid = gains;
+  pid.sample_time = 0.02, pid.delay = 0.047;
+  Machine at_once(on_rail(pid), options(GetParam()));
+  at_once.start_from_pose();
+  at_once.advance_to(0.2);
+  at_once.set_external_wrench(1, 1, 0, 0);
+  at_once.advance_to(0.5);
+  for (const double h : {1e-3, 4e-3, 0.01}) {
+    Machine in_parts(on_rail(pid), options(GetParam()));
+    in_parts.start_from_pose();
+    in_parts.advance_to(0.2);
+    in_parts.set_external_wrench(1, 1, 0, 0);
+    for (int k = 1; 0.2 + k * h < 0.5 + 0.5 * h; ++k) in_parts.advance_to(0.2 + k * h);
+    EXPECT_NEAR(in_parts.body(1).r.x, at_once.body(1).r.x, GetParam() == IntegratorKind::adams_moulton ? 1e-6 : 1e-8)
+        << h;
+  }
+}
+
+// A set point that jumps at a sample has its own value there, by every method, and not one a rounding of time beside:
+// sign(0) = 0. A force that jumps with it ends a step there.
+TEST_P(Pid, SamplesASetPointThatJumpsAtTheInstant) {
+  for (const int with_force : {0, 1})
+    for (const double instant : {0.1, 0.3, 0.5}) {  // which are 0.01 k to the last bit
+      const auto jump = [instant](double t) { return t > instant ? 1.0 : t < instant ? -1.0 : 0.0; };
+      const auto nothing = [](double) { return 0.0; };
+      const ExpressionFunction f{.text = "sign",
+                                 .unit = "1",
+                                 .value_ = jump,
+                                 .first_ = nothing,
+                                 .second_ = nothing,
+                                 .integral_ = nothing,
+                                 .double_integral_ = nothing};
+      PidController pid;
+      pid.proportional = 10, pid.sample_time = 0.01, pid.set_point = f;
+      Model m = on_rail(pid);
+      if (with_force) m.add("beside", AppliedForce{.body = 1, .fx = f});
+      MachineOptions by = options(GetParam());
+      by.adams_moulton.longest_step = 1e-3, by.adams_moulton.error_per_second = 1e-6;
+      Machine machine(std::move(m), by);
+      machine.start_from_pose();
+      run(machine, instant + 2.5e-3, 1e-3);
+      const double fx = machine.force_value("push", "fx");
+      // Of a set point of -1 or 1 m it would be 10 N apart.
+      EXPECT_NEAR(fx, -10 * machine.body(1).r.x, 0.5) << instant << ", " << with_force;
+    }
+}
+
 // Fixed steps go on from a snapshot with the bits of the whole run, taken at the very instant too at which an output
 // changes: 20 k + 13 ms, the end of a step.
 TEST(PidRestart, WhereAnOutputChangesIsTheWholeRun) {
