@@ -27,22 +27,27 @@ struct Area {
 
 /// Both over [a, b] by 15-point Gauss-Kronrod sums of the same values of f, halving until that and the 7-point Gauss
 /// sum agree to 4e-15 of the integral of |f|, or to what rounding of s itself leaves of f: its variation times b times
-/// the precision, which is also all that is known of where a jump lies. The number of sums ends what no halving helps.
+/// the precision, which is also all that is known of where a jump lies. So has what the polynomial through the nodes
+/// misses of f at the ends to agree, between which and the last nodes a jump would stay unseen. The number of sums ends
+/// what no halving helps.
 class Quadrature {
  public:
   explicit Quadrature(const Evaluate& f) : f_(f) {}
   Area operator()(double a, double b) {
     if (!(b > a)) return {};
     const Piece all = sum(a, b);
-    allowed_ = 4e-15 * all.absolute, whole_ = all.absolute, mean_ = all.absolute / (b - a);
+    take_size(all.absolute, b - a);
     return refine(all, a, b, 40);
   }
 
  private:
   struct Piece {
     Area area;
-    double error, absolute, rounding;
+    double error, at_ends, absolute, rounding;
   };
+  void take_size(double absolute, double length) {
+    allowed_ = 4e-15 * absolute, whole_ = absolute, mean_ = absolute / length;
+  }
   Piece sum(double a, double b) {
     using Kronrod = boost::math::quadrature::gauss_kronrod<double, 15>;
     using Gauss = boost::math::quadrature::gauss<double, 7>;
@@ -53,21 +58,51 @@ class Quadrature {
     const double middle = 0.5 * (a + b), half = 0.5 * (b - a), f_middle = f_(middle);
     double once = w[0] * f_middle, lever = 0, gauss = w_gauss[0] * f_middle, absolute = w[0] * std::abs(f_middle);
     double least = f_middle, most = f_middle;
+    std::array<double, 15> values{f_middle};  // then below and above by pairs, from the middle on
     for (std::size_t i = 1; i < x.size(); ++i) {
       const double below = f_(middle - half * x[i]), above = f_(middle + half * x[i]);
+      values[2 * i - 1] = below, values[2 * i] = above;
       once += w[i] * (below + above), lever += w[i] * x[i] * (below - above);
       absolute += w[i] * (std::abs(below) + std::abs(above));
       if (i % 2 == 0) gauss += w_gauss[i / 2] * (below + above);
       least = std::min({least, below, above}), most = std::max({most, below, above});
     }
     constexpr double precision = std::numeric_limits<double>::epsilon();
+    const double beyond = half * (1 - x.back());  // of the last node, up to the end
     return {{half * once, half * half * (once + lever)},
             half * std::abs(once - gauss),
+            beyond * missed_at_ends(a, b, values),
             half * absolute,
             2 * precision * b * (most - least)};
   }
+  /// By how much f at either end is off the polynomial through its values at the nodes; a pole there has no value.
+  double missed_at_ends(double a, double b, const std::array<double, 15>& values) const {
+    static const std::array<double, 15> share = shares_at_end();
+    double below = 0, above = 0;
+    for (std::size_t i = 0; i < share.size(); ++i) {
+      const std::size_t mirrored = i == 0 ? 0 : i % 2 == 1 ? i + 1 : i - 1;
+      above += share[i] * values[i], below += share[mirrored] * values[i];
+    }
+    try {
+      return std::max(std::abs(f_(a) - below), std::abs(f_(b) - above));
+    } catch (const std::runtime_error&) {
+      return 0;
+    }
+  }
+  /// Lagrange's polynomials of the nodes at the upper end.
+  static std::array<double, 15> shares_at_end() {
+    std::array<double, 15> node{}, share{};
+    const auto& x = boost::math::quadrature::gauss_kronrod<double, 15>::abscissa();
+    for (std::size_t i = 1; i < x.size(); ++i) node[2 * i - 1] = -x[i], node[2 * i] = x[i];
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      share[i] = 1;
+      for (std::size_t k = 0; k < node.size(); ++k)
+        if (k != i) share[i] *= (1 - node[k]) / (node[i] - node[k]);
+    }
+    return share;
+  }
   Area refine(const Piece& piece, double a, double b, int halvings) {
-    if (piece.error <= std::max(allowed_, piece.rounding)) return piece.area;
+    if (std::max(piece.error, piece.at_ends) <= std::max(allowed_, piece.rounding)) return piece.area;
     if (halvings == 0 || sums_left_ <= 0) {
       // A jump has left 1e-12 of its error here, a root's pole 1e-6, and 1/t all of it.
       if (piece.error > 1e-3 * whole_ && piece.absolute > 1e3 * mean_ * (b - a))
@@ -77,6 +112,7 @@ class Quadrature {
     }
     const double middle = 0.5 * (a + b);
     const Piece first = sum(a, middle), second = sum(middle, b);
+    if (whole_ == 0) take_size(first.absolute + second.absolute, b - a);
     const Area left = refine(first, a, middle, halvings - 1), right = refine(second, middle, b, halvings - 1);
     return {left.once + right.once, left.twice + left.once * (b - middle) + right.twice};
   }

@@ -148,6 +148,21 @@ TEST(Expression, IntegralsMeetAShortPulseFromAnyTime) {
     EXPECT_NEAR(half_sine.integral(5.2 + s), (1 - std::cos(pi * s / 5e-3)) * 5e-3 / pi, 1e-14) << s;
 }
 
+// Just behind a jump or a kink, and wherever these lie beside the ends of the panels of 2 ms, no node of the sum is
+// between them and the end: |t - c| and its integral, to rounding.
+TEST(Expression, IntegralsSeeAJumpThatLiesAtTheirEnd) {
+  for (const double c : {0.2315, 0.2319995, 0.2320004, 0.31}) {
+    const auto jump = make_expression(fmt::format("sign(t - {})", c), "m/s^2", 1);
+    const auto kink = make_expression(fmt::format("max(0, t - {})", c), "m/s^2", 1);
+    for (const double beyond : {-1e-6, 1e-12, 1e-9, 1e-7, 1e-6, 5e-6, 1e-5, 1e-4, 3e-3}) {
+      const double t = c + beyond, gone = std::max(beyond, 0.0);
+      EXPECT_NEAR(jump.integral(t), std::abs(beyond) - c, 2e-15) << c << " s, " << beyond;
+      EXPECT_NEAR(jump.double_integral(t), beyond * std::abs(beyond) / 2 + c * c / 2 - c * t, 2e-15) << beyond;
+      EXPECT_NEAR(kink.integral(t), gone * gone / 2, 1e-15) << c << " s, " << beyond;
+    }
+  }
+}
+
 // A shock of 50 g as shakers give it: where sine and step are 0 together, halving finds but rounding. Its integrals are
 // asked for at every evaluation of a driven machine, so each is of a bounded number of sums.
 TEST(Expression, IntegralsOfAShockAreContinuous) {
