@@ -20,6 +20,8 @@ namespace {
 // between soil and machine.
 constexpr double most_step_error = 1e-3, most_exchange_error = 1e-2;
 constexpr double most_unseen = 0.1;  // of an input: smooth ones of six steps a period are below it
+// Of the window of the means: less rest at its end is no reason to read them otherwise.
+constexpr double most_standing = 0.1;
 
 /// What the scenario gives of a machine alone that keeps its step from following its error.
 std::string fixes_machine_step(const Scenario& s) {
@@ -49,8 +51,6 @@ void RunLoop::warn_of_coarse_contacts() {
   if (error <= 1.2 * s_.time.accuracy + 1e-3) return;
   StepReport fine = world_.step;
   fine.soil_step = fine.at_speed(speed, s_.time.accuracy, s_.time.safety * fine.limit.step).step;
-  // Each pair keeps the accuracy at a step of its own; at the shortest of these another may exceed it.
-  for (int k = 0; k < 20 && fine.error_at(speed) > s_.time.accuracy; ++k) fine.soil_step *= 0.9;
   summary_->warn(
       fmt::format("impacts at {:.3g} m/s, as met or expected, have a restitution wrong by up to {:.2g} "
                   "with the step of {:.3g} s; {:.3g} s would keep `time.accuracy: {:.3g}`",
@@ -70,7 +70,9 @@ void RunLoop::write_step_error() {
         world_.bed ? finer_machine(s_, world_) : "shorten them, or leave out " + fixes_machine_step(s_)));
   // The waves of beams take most of the velocities' part, and nothing is seen of them: their energy is judged.
   const bool beams = s_.machine && !s_.machine->beams.empty();
-  if ((beams ? error.positions : error.sum()) > most_step_error)
+  // Where drivers move all, the pose is theirs, and only works err, which the energy balance judges.
+  const bool driven = world_.machine->integrator().partition().freedom() == 0;
+  if (!driven && (beams ? error.positions : error.sum()) > most_step_error)
     summary_->warn(
         fmt::format("machine steps of {:.3g} s are estimated to err by {:.2g} of the machine's length and speed over "
                     "the run; {}",
@@ -260,6 +262,20 @@ void RunLoop::last_warnings(int code) {
           fmt::format("{} was out of the soil in {:.0f} % of the window of the means: they are of soil and air, and no "
                       "specific draft is given; set output.window to a time in which it works",
                       tool.name, 100 * tool.share_out()));
+  for (const Tool& tool : tools_.progress().tools()) {
+    if (!tool.travels() || tool.share_out() > most_out_of_soil) continue;
+    const double length = tool.along.x != 0 ? tool.size.x : tool.size.z;
+    if (tool.fell_back > 0.5 * tool.gained && tool.fell_back > length + tool.depth)
+      summary_->warn(fmt::format(
+          "{} comes back by {:.3g} m in the window of the means, of {:.3g} m that it gained: they add strokes "
+          "in both directions; set output.window to one of them",
+          tool.name, tool.fell_back, tool.gained));
+    else if (tool.share_standing() > most_standing && tool.gained > 0)
+      summary_->warn(
+          fmt::format("{} has stood still for the last {:.0f} % of the window of the means: they are of work "
+                      "and of rest; set output.window to the time in which it works",
+                      tool.name, 100 * tool.share_standing()));
+  }
   if (tools_.never_steady()) {
     summary_->warn(
         "no tool came to steady work (its length in soil plus its depth of travel): no means; let it travel "

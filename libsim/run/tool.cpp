@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
 #include "libdem/packing/measure.hpp"
+#include "libmbd/controllers.hpp"
 #include "libmbd/elements.hpp"
+#include "libmbd/system/given_functions.hpp"
 #include "libsim/setup/moving_soil.hpp"
 #include "libsim/setup/travel_direction.hpp"
 
@@ -131,8 +135,14 @@ void ToolProgress::look_for_touch() {
 }
 
 void ToolProgress::count_look() {
-  for (Tool& tool : tools_)
-    if (tool.entry) ++tool.looks, tool.out += tool.in_soil ? 0 : 1;
+  for (Tool& tool : tools_) {
+    if (!tool.entry) continue;
+    const double now = dem::dot(tool.gone, tool.along);
+    if (tool.looks == 0) tool.reached = now, tool.gained = tool.fell_back = 0, tool.stands = 0;
+    ++tool.looks, ++tool.stands, tool.out += tool.in_soil ? 0 : 1;
+    if (now > tool.reached + moved) tool.gained += now - tool.reached, tool.reached = now, tool.stands = 0;
+    tool.fell_back = std::max(tool.fell_back, tool.reached - now);
+  }
 }
 
 void ToolProgress::forget_looks() {
@@ -222,37 +232,83 @@ bool ToolProgress::at_the_end() const {
 
 namespace {
 
-double period_of(const mbd::Function& f) {
-  if (const auto* harmonic = f.get_if<mbd::HarmonicFunction>())
-    return harmonic->amplitude != 0 ? 1 / harmonic->frequency : 0;
-  if (const auto* table = f.get_if<mbd::TableFunction>())
-    return table->periodic ? table->times.back() - table->times.front() : 0;
-  return 0;
+void add_periods(const mbd::Function& f, std::vector<double>& out) {
+  if (const auto* sum = f.get_if<mbd::SumFunction>())
+    for (const mbd::Function& term : sum->terms) add_periods(term, out);
+  const auto* harmonic = f.get_if<mbd::HarmonicFunction>();
+  if (harmonic && harmonic->amplitude != 0) out.push_back(1 / harmonic->frequency);
+  const auto* table = f.get_if<mbd::TableFunction>();
+  if (table && table->periodic) out.push_back(table->times.back() - table->times.front());
 }
 
-double turn_of(double rate) { return rate != 0 ? 2 * std::numbers::pi / std::abs(rate) : 0; }
+constexpr double unsteady = std::numeric_limits<double>::quiet_NaN();
+
+/// What f is from `from` on beside what repeats itself, its mean; NaN where it changes, or a formula says what it is.
+double steady_value(const mbd::Function& f, double from) {
+  if (const auto* sum = f.get_if<mbd::SumFunction>()) {
+    double all = 0;
+    for (const mbd::Function& term : sum->terms) all += steady_value(term, from);
+    return all;
+  }
+  if (const auto* constant = f.get_if<mbd::ConstantFunction>()) return constant->value_;
+  if (const auto* harmonic = f.get_if<mbd::HarmonicFunction>()) return harmonic->mean;
+  if (const auto* ramp = f.get_if<mbd::RampFunction>()) return ramp->end <= from ? ramp->to : unsteady;
+  if (const auto* polynomial = f.get_if<mbd::PolynomialFunction>())
+    return std::all_of(polynomial->c + 1, std::end(polynomial->c), [](double c) { return c == 0; }) ? polynomial->c[0]
+                                                                                                    : unsteady;
+  if (const auto* table = f.get_if<mbd::TableFunction>()) {
+    const double begin = table->times.front(), end = table->times.back();
+    if (table->periodic) return (f.integral(end) - f.integral(begin)) / (end - begin);
+    const bool level =
+        std::adjacent_find(table->values.begin(), table->values.end(), std::not_equal_to<>()) == table->values.end();
+    return level || end <= from ? table->values.back() : unsteady;
+  }
+  return unsteady;
+}
+
+/// The same of f', of what moves.
+double steady_rate(const mbd::Function& f, double from) {
+  if (const auto* sum = f.get_if<mbd::SumFunction>()) {
+    double all = 0;
+    for (const mbd::Function& term : sum->terms) all += steady_rate(term, from);
+    return all;
+  }
+  if (const auto* polynomial = f.get_if<mbd::PolynomialFunction>())
+    return std::all_of(polynomial->c + 2, std::end(polynomial->c), [](double c) { return c == 0; }) ? polynomial->c[1]
+                                                                                                    : unsteady;
+  return 0 * steady_value(f, from);
+}
+
+void add_turn(double rate, std::vector<double>& out) {
+  if (std::abs(rate) > 0) out.push_back(2 * std::numbers::pi / std::abs(rate));
+}
 
 }  // namespace
 
-double period_of(const Scenario& scenario) {
+double period_of(const Scenario& scenario, double from) {
   std::vector<double> periods;
   for (const BoundarySection& b : scenario.boundaries)
     for (const Move& m : b.moves) {
-      periods.push_back(period_of(m.profile));
-      if (const auto* steady = m.profile.get_if<mbd::ConstantFunction>())
-        periods.push_back(turn_of(dem::norm(m.spin) * steady->value_));
+      add_periods(m.profile, periods);
+      add_turn(dem::norm(m.spin) * steady_value(m.profile, from), periods);
     }
-  if (scenario.machine)
-    for (const NamedDriver& d : scenario.machine->drivers)
+  if (const MachineSection* machine = scenario.machine ? &*scenario.machine : nullptr) {
+    const auto take = [&](const auto& element) {
+      mbd::visit_given_functions(element, [&](const mbd::Function& f) { add_periods(f, periods); });
+    };
+    for (const NamedForce& f : machine->forces) visit(take, f.element);
+    for (const NamedController& c : machine->controllers) visit(take, c.element);
+    for (const NamedDriver& d : machine->drivers)
       visit(
           [&](const auto& driver) {
-            for (const mbd::Function* f :
-                 {&driver.motion.position, &driver.motion.velocity, &driver.motion.acceleration})
-              periods.push_back(period_of(*f));
-            const auto* steady = driver.motion.velocity.template get_if<mbd::ConstantFunction>();
-            if (driver.angular() && steady != nullptr) periods.push_back(turn_of(steady->value_));
+            take(driver);
+            if (!driver.angular()) return;
+            const mbd::Motion& motion = driver.motion;
+            if (motion.velocity.is_set()) add_turn(steady_value(motion.velocity, from), periods);
+            if (motion.position.is_set()) add_turn(steady_rate(motion.position, from), periods);
           },
           d.element);
+  }
   const double longest = periods.empty() ? 0 : *std::max_element(periods.begin(), periods.end());
   // The least multiple of the longest that holds whole ones of the others, to a hundredth of them. Among more multiples
   // any two numbers have one.

@@ -24,6 +24,10 @@ struct Tool {
   Vec3 last;                  ///< its place when it was followed last in the soil
   bool in_soil = false;       ///< below the soil's surface within the bed, or in contact up to a diameter above it
   long looks = 0, out = 0;    ///< in the window of the means, from its entry on; of them those that find it not in soil
+  double reached = 0;         ///< m along its way, the farthest in the window so far
+  double gained = 0;          ///< m of it, in the window
+  double fell_back = 0;       ///< m, the most that it came back from there
+  long stands = 0;            ///< looks since it came farther
   Vec3 began;                 ///< horizontal unit vector along x or z of what it first moved by at all
   Vec3 along;                 ///< the same of where it has come farthest; zero until it has moved by a sphere's radius
   Vec3 gone;                  ///< m in soil from its entry to where it was followed last there, horizontal
@@ -41,7 +45,10 @@ struct Tool {
   double travel(const Vec3& direction) const;
   /// Share of the window of the means, from its entry on, in which it is not in soil.
   double share_out() const { return looks > 0 ? static_cast<double>(out) / static_cast<double>(looks) : 0; }
+  /// Share of the window in which it has come no farther, at its end.
+  double share_standing() const { return looks > 0 ? static_cast<double>(stands) / static_cast<double>(looks) : 0; }
   void archive(Archive& a) {
+    a("reached", reached)("gained", gained)("fell back", fell_back)("stands", stands);
     a("touched", touched)("touches", touches)("entry", entry)("last", last)("in soil", in_soil)("looks", looks)("out",
                                                                                                                 out);
     a("began", began)("along", along)("gone", gone)("farthest", farthest)("ahead", ahead)("behind", behind);
@@ -103,9 +110,9 @@ class ToolProgress {
   bool turned_ = false;
 };
 
-/// The period after which the given motions of a scenario repeat themselves: harmonic and periodic ones, and rotors
-/// that turn steadily: their first common multiple, up to 20 of the longest. 0 when nothing is periodic, NaN without
-/// one.
-double period_of(const Scenario& scenario);
+/// The period after which the given motions and forces of a scenario repeat themselves: harmonic and periodic ones, and
+/// what turns steadily from `from` (s) on: their first common multiple, up to 20 of the longest. 0 when nothing is
+/// periodic, NaN without one.
+double period_of(const Scenario& scenario, double from);
 
 }  // namespace subsoil::sim

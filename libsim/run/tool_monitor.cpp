@@ -23,24 +23,25 @@ ToolMonitor::ToolMonitor(RunOutput& output)
 void ToolMonitor::set_window() {
   const Window& w = o_.s.output.window;
   const double start = o_.simulation.time(), end = o_.s.time.end;
-  double longest = end - start;
+  double longest = end - start, steady_from = start;
   if (w.from || w.until) {
     const double from = w.from.value_or(0), until = w.until.value_or(end);
     o_.summary->set_window(from, until, "given in output.window");
-    longest = std::min(until, end) - from;
+    longest = std::min(until, end) - from, steady_from = from;
   } else if (!progress_.any_passes()) {
     o_.summary->set_window(start, end, "no tool passes through soil: the whole run");
   } else {
-    window_ = Opening::pending;
+    window_ = Opening::pending, steady_from = end;
     o_.summary->set_provisional_window(start, end, "no tool passed through soil: the whole run");
   }
-  const double period = period_of(o_.s);
+  const double period = period_of(o_.s, steady_from);
   // Both ends of a window that are given stand; so does one into which no period fits.
   if (period > 0 && period < longest && !w.until)
     o_.summary->take_whole_periods(period);
   else if (period > 0)
     o_.summary->take_blocks_of(period);
-  if (std::isnan(period)) o_.warn("the given motions have no period in common: means are over the whole window");
+  if (std::isnan(period))
+    o_.warn("the given motions and forces have no period in common: means are over the whole window");
 }
 
 void ToolMonitor::before_step(bool spheres_changed, StepRequest& request) {

@@ -105,6 +105,72 @@ TEST(RunWindow, OfAVibratingToolCountsItsWayOnceAndHoldsWholePeriods) {
   EXPECT_NEAR(periods, std::round(periods), 2e-3) << "a step of 0.1 ms";
 }
 
+/// Where the means are of more than the work along the tool's way, the run says so; at even speed to the end it does
+/// not.
+TEST(RunWindow, SaysAToolThatStandsOrComesBackInIt) {
+  const auto warnings = [](const char* moves, const std::vector<std::string>& more = {}) {
+    const RunDirectory dir;
+    std::vector<std::string> sets{fmt::format("boundaries.tool.moves={}", moves)};
+    sets.insert(sets.end(), more.begin(), more.end());
+    EXPECT_EQ(run_scenario(dir.scenario(trench), dir / "out", sets), exit_ok);
+    return summary_of(dir / "out")["warnings"].dump();
+  };
+  const auto says = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  const std::string even = warnings("[{velocity: 0.4 0 0 m/s}]");
+  EXPECT_FALSE(says(even, "comes back by")) << even;
+  EXPECT_FALSE(says(even, "stood still")) << even;
+  const std::string stands = warnings("[{velocity: 0.4 0 0 m/s, until: 0.3 s}]");
+  EXPECT_TRUE(says(stands, "tool has stood still for the last 7")) << stands;
+  const std::string back =
+      warnings("[{velocity: 0.4 0 0 m/s, until: 0.3 s}, {velocity: -0.4 0 0 m/s, from: 0.3 s, until: 0.5 s}]");
+  EXPECT_TRUE(says(back, "tool comes back by 0.08 m in the window")) << back;
+  const std::string nowhere = warnings("[{velocity: 0.4 0 0 m/s}, {velocity: 0.4 0 0 m/s, from: 2 s}]",
+                                       {"output.region={at: 5 5 5 m, size: 1 1 1 m}"});
+  EXPECT_TRUE(says(nowhere, "a motion begins at 2 s, when the run has ended at 0.8 s")) << nowhere;
+  EXPECT_TRUE(says(nowhere, "output.region: none of the spheres is in it")) << nowhere;
+}
+
+/// A list of functions is their sum, a shaft that has come to its speed turns steadily however that is written, and a
+/// force that repeats itself drives a motion as a driver does. Formulas say nothing.
+TEST(RunWindow, HoldsWholePeriodsOfWhateverIsGiven) {
+  struct Case {
+    const char *driver, *force, *window;
+    double period;  // s; 0: none
+  };
+  const Case cases[] = {
+      {"[{constant: {value: 1 rad/s}}, {harmonic: {amplitude: 1 rad/s, frequency: 2 Hz}}]", "0 N", "", 0},
+      {"[{constant: {value: 0 rad/s}}, {harmonic: {amplitude: 1 rad/s, frequency: 2 Hz}}]", "0 N", "", 0.5},
+      {"{ramp: {from: 0 rpm, to: 120 rpm, end: 0.1 s}}", "0 N", "window: {from: 0.15 s},", 0.5},
+      {"{ramp: {from: 0 rpm, to: 120 rpm, end: 0.1 s}}", "0 N", "window: {from: 0.05 s},", 0},
+      {"{polynomial: {c0: 120 rpm}}", "0 N", "", 0.5},
+      {"{table: {points: [[0 s, 120 rpm], [1 s, 120 rpm]]}}", "0 N", "", 0.5},
+      {"{harmonic: {mean: 120 rpm, amplitude: 1 rad/s, frequency: 4 Hz}}", "0 N", "", 0.5},
+      {"{expression: 4*pi, unit: rad/s}", "0 N", "", 0},
+      {"0 rad/s", "{harmonic: {amplitude: 3 N, frequency: 2 Hz}}", "", 0.5},
+      {"0 rad/s", "{table: {points: [[0 s, 0 N], [0.2 s, 3 N], [0.5 s, 0 N]], periodic: yes}}", "", 0.5}};
+  for (const Case& c : cases) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{m: {{mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}}, k: {{mass: 2 kg, inertia: 1 kg m^2, at: 0 1 m, velocity is: about}}}}
+  joints: {{g: {{translational: [ground, m], at: 0 0 m, along: 1 0}}, h: {{revolute: [ground, k], at: 0 1 m}}}}
+  forces: {{f: {{force: m, along x: {}}}}}
+  drivers: {{d: {{angle: [ground, k], velocity: {}}}}}
+time: {{end: 1.3 s}}
+output: {{{} monitor: {{x: m.x}}}}
+)",
+                                         c.force, c.driver, c.window);
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok) << text;
+    const nlohmann::json window = summary_of(dir / "out")["window"];
+    EXPECT_NEAR(window.value("whole periods of [s]", 0.0), c.period, 1e-12) << text;
+    if (c.period == 0) continue;
+    const double periods = window["covered [s]"].get<double>() / c.period;
+    EXPECT_NEAR(periods, std::round(periods), 5e-3) << text;
+    EXPECT_EQ(std::lround(periods), 2) << text;
+  }
+}
+
 /// A plate wider than its bed that bears it on a spring passes through nothing: its means are of the whole run, and its
 /// force is the weight of what lies on it.
 /// 1.5 Hz and 1 Hz repeat after 2 s; 1 Hz and the golden ratio of it never.
