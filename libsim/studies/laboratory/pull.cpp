@@ -59,9 +59,8 @@ Outcome Pull::run(const Sample& sample, std::size_t packing) const {
     if (specimen.height_of(s) > split) weight += s.m * sample.gravity;
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"tension", "Pa"}};
-  const long steps = std::max(1L, std::lround(way / rows_of_pull / (v * specimen.dt())));
   double work = 0, gone = 0;
-  for (int row = 0; row < rows_of_pull; ++row) {
+  for (const long steps : specimen.steps_of_rows(way, v, rows_of_pull)) {
     double force = 0;
     for (long k = 0; k < steps; ++k) {
       specimen.step();

@@ -108,9 +108,8 @@ Outcome Shear::run(const Sample& sample, std::size_t index) const {
   Outcome out;
   out.curve.columns = {{"path", "m"}, {"shear stress", "Pa"}, {"normal stress", "Pa"}, {"rise of the lid", "m"}};
   const double start = lid.height();
-  const long steps = std::max(1L, std::lround(way / rows_of_shear / (v * specimen.dt())));
   double gone = 0;
-  for (int k = 0; k < rows_of_shear; ++k) {
+  for (const long steps : specimen.steps_of_rows(way, v, rows_of_shear)) {
     const double before = gone;
     const auto [tau, sigma] = rig.over(steps, v, gone);
     out.curve.rows.push_back({0.5 * (before + gone), tau, sigma, lid.height() - start});

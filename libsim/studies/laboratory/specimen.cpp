@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "libdem/geometry/mesh_builders.hpp"
 #include "libdem/step/stability.hpp"
@@ -102,6 +103,18 @@ dem::SettleReport Specimen::fill(const dem::Bounds& region, double depth, std::u
   fill.seed = seed;
   fill.depth = depth;
   return dem::fill_at_random(bed_, sample_.laws, fill, plan(true));
+}
+
+std::vector<long> Specimen::steps_of_rows(double way, double speed, int rows) const {
+  const long all = std::max(1L, std::lround(way / (speed * dt_)));
+  if (all < rows)
+    throw std::invalid_argument(
+        fmt::format("the path of {:.4g} m at {:.4g} m/s takes {} steps of {:.3g} s, fewer than its {} rows; a lower "
+                    "`speed`, or a longer `path`",
+                    way, speed, all, dt_, rows));
+  std::vector<long> out;
+  for (long row = 0; row < rows; ++row) out.push_back((row + 1) * all / rows - row * all / rows);
+  return out;
 }
 
 void Specimen::rest() { dem::settle(bed_, sample_.laws, plan(false), {{}, {1, 1, 1}}); }

@@ -1,6 +1,7 @@
 #pragma once
 #include <span>
 #include <string>
+#include <vector>
 
 #include "libdem/packing/settle.hpp"
 #include "libsim/studies/laboratory/sample.hpp"
@@ -42,6 +43,9 @@ class Specimen {
   void turn(int boundary, const Vec3& angular_velocity);
 
   double dt() const { return dt_; }
+  /// Steps of each of `rows` rows that share out a way (m) at a speed (m/s), the way to a step; throws
+  /// std::invalid_argument where there are fewer steps than rows.
+  std::vector<long> steps_of_rows(double way, double speed, int rows) const;
   dem::Bed& bed() { return bed_; }
   const dem::Bed& bed() const { return bed_; }
   const Sample& sample() const { return sample_; }

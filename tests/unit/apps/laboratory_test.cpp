@@ -203,6 +203,22 @@ TEST(LaboratoryTest, ShearedPlaneBearsAtMostWhatLiesOnIt) {
   }
 }
 
+/// Rows share out the path whatever the speed: where the last row ends is the path, to a step.
+TEST(LaboratoryTest, TravelsItsPath) {
+  for (const double speed : {0.08, 0.4}) {
+    const LoadedTests loaded = material(0.5, 0.1,
+                                        fmt::format("packings: 1, shear: {{length: 60 mm, width: 24 mm, depth: 40 mm, "
+                                                    "loads: 2 6 kPa, path: 10 mm, speed: {0} m/s}}, pull: {{neck: 40 "
+                                                    "mm, width: 24 mm, depth: 40 mm, path: 10 mm, speed: {0} m/s}}",
+                                                    speed));
+    for (const char* const test : {"shear", "pull"}) {
+      const auto rows = run_test(loaded, test, 0).curves.at(0).rows;
+      const double half = rows.back()[0] - rows[rows.size() - 2][0];  // rows are named by their middle; half of two
+      EXPECT_NEAR(rows.back()[0] + 0.5 * half, 10e-3, 1e-4 * speed) << test;
+    }
+  }
+}
+
 /// Words that make no test are refused, before or, where only the grains tell, after.
 TEST(LaboratoryTest, RefusesWhatGivesNoNumber) {
   const auto says = [](const std::string& word, const std::string& more) {
@@ -215,6 +231,7 @@ TEST(LaboratoryTest, RefusesWhatGivesNoNumber) {
   has(says("penetrate", box + "path: 10 mm, from: 12 mm"), "`from` = 0.012 m must be less than the path of 0.01 m");
   has(says("penetrate", "length: 40 mm, diameter: 40 mm, tool: plate"), "does not fit into the box of 0.04 m");
   has(says("shear", "length: 60 mm, path: 60 mm"), "leaves less than a diameter of the 0.06 m");
+  has(says("shear", "length: 60 mm, width: 24 mm, depth: 40 mm, path: 10 mm, speed: 5 m/s"), "fewer than its 200 rows");
   has(says("shear", "loads: 10 10 kPa"), "test.shear.loads: are all equal: two must differ");
   has(says("tilt", "from: 40 deg, until: 40 deg"), "test.tilt.from: must be below `until`");
   has(says("tilt", "length: 80 mm, width: 40 mm, depth: 20 mm, from: 59 deg"), "while it is tilted quickly; lower");
