@@ -151,6 +151,9 @@ class Bed {
   void step(double dt, const Request& request);
   void step(double dt) { step(dt, {}); }
 
+  /// Throws std::invalid_argument where a period is too short for what the bed holds, or a surface comes near a
+  /// periodic side without spanning the bed: as the next step would.
+  void require_room();
   /// From now on bonds form, of each law once, in the first step that begins within half a step of the law's time or
   /// after it. Not before this is called: a bed that settles is not cemented yet.
   void let_bonds_form();

@@ -98,6 +98,7 @@ struct Bed::Impl {
   void clear_lists();          ///< and what waits for the next
   void wrap();                 ///< spheres into the periodic cell
   void check_periodic_sides(const ParticleStatistics& statistics, double skin) const;
+  double skin_of(const ParticleStatistics& statistics) const;
   void add_images(NeighbourList& list, const Grid& grid, const ParticleStatistics& statistics, double cutoff);
 
   // sweep.cpp: boundaries, forces, motion

@@ -97,7 +97,8 @@ struct StepReport {
   double expected_speed = 0;   ///< m/s, at which bodies may meet
   std::vector<PossibleImpact> impacts;
 
-  /// Step that resolves every possible impact at a speed, m/s.
+  /// Step at which every possible impact at a speed, m/s, errs by no more than the tolerance, but for those that no step
+  /// down to a sixtieth of the stable one resolves.
   dem::AccurateStep at_speed(double speed, double tolerance, double longest) const;
   /// Maximum error of restitution at a speed with the step used.
   double error_at(double speed) const;

@@ -211,6 +211,7 @@ TEST(RunPeriodic, RefusalsSayWhy) {
   expect("periodic: [x]", "periodic: [x], open: [+x]", "the face +x is periodic and has no wall; leave it out");
   expect("periodic: [x]", "periodic: [x], open after settling: [-x]", "the face -x is periodic");
   expect("periodic: [x]", "periodic: [q]", "directions are x, y, z");
+  expect("size: 120 200 80 mm", "size: 40 200 80 mm", "soil.container: the period of 0.04 m in x is too short");
   expect("periodic: [x]}", "periodic: [x, y]}\n  surface: 0 m", "has no floor and no surface");
 }
 
