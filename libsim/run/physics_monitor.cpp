@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "libsim/run/machine_fault.hpp"
 #include "libsim/run/restart.hpp"
@@ -69,8 +70,16 @@ bool PhysicsMonitor::after_step() {
 void PhysicsMonitor::begin() {
   begun_ = true;
   if (!o_.world.bed) return;
-  start_.bed = o_.world.bed->energy().total() - o_.world.bed->energy().work();
-  if (!changed_) start_.bed_gravity = o_.world.bed->energy().gravity;
+  const dem::BedEnergy& bed = o_.world.bed->energy();
+  start_.bed = bed.total() - bed.work();
+  if (!changed_) {
+    start_.bed_gravity = bed.gravity;
+    start_.there = std::max(bed.kinetic, 0.0) + std::max(bed.rotational, 0.0) + std::abs(bed.stored);
+    if (o_.world.machine) {
+      const mbd::MachineEnergy machine = o_.world.machine->energy();
+      start_.there += machine.kinetic + std::abs(machine.stored);
+    }
+  }
   if (const auto found = physics_.start(o_.world)) o_.warn(found->text);
 }
 

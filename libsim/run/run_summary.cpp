@@ -79,7 +79,9 @@ Json energy_balance(const EnergyStart& start, const World& world, const coupling
   }
   e["closure [J]"] = error;
   e["work put in [J]"] = put_in;
-  e["closure over work put in"] = put_in > 0 ? error / put_in : 0.0;
+  e["there at the start [J]"] = start.there;
+  const double size = put_in + start.there;
+  e["closure over energy there or put in"] = size > 0 ? error / size : 0.0;
   return e;
 }
 

@@ -59,13 +59,16 @@ inline std::vector<double> frame_times(const std::filesystem::path& out) {
 }
 
 /// x y z of the spheres of a frame, in the file's order.
-inline std::vector<dem::Vec3> frame_positions(const std::filesystem::path& out, std::size_t frame) {
+inline std::vector<dem::Vec3> frame_vectors(const std::filesystem::path& out, std::size_t frame, const char* of) {
   char name[48];
-  std::snprintf(name, sizeof name, "/frames/%06zu/position", frame);
+  std::snprintf(name, sizeof name, "/frames/%06zu/%s", frame, of);
   const std::vector<double> flat = h5::read<double>(h5::open_file(out / "run.h5"), name);
   std::vector<dem::Vec3> points;
   for (std::size_t i = 0; i + 2 < flat.size(); i += 3) points.push_back({flat[i], flat[i + 1], flat[i + 2]});
   return points;
+}
+inline std::vector<dem::Vec3> frame_positions(const std::filesystem::path& out, std::size_t frame) {
+  return frame_vectors(out, frame, "position");
 }
 
 /// About 300 wet spheres and a tine that hangs on a spring behind a towed trolley: starts outside and enters. Soil,

@@ -28,7 +28,7 @@ TEST_P(TemplateRuns, ToItsEnd) {
   // Draft or resistance, and no balance that is off: the run means something.
   const nlohmann::json tools = summary.value("tools", nlohmann::json::object());  // a heap has none
   for (const auto& [name, tool] : tools.items()) EXPECT_EQ(tool["touched soil"], true) << name;
-  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 0.05);
+  EXPECT_LT(std::abs(summary["energy"]["closure over energy there or put in"].get<double>()), 0.05);
 }
 
 std::vector<std::string> names() {

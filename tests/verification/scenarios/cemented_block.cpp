@@ -31,7 +31,7 @@ TEST(CementedBlock, BreaksAndSaysWhereWhenAndHow) {
   for (const double e : energy) sum += e;
   // The series has nine digits; events and the balance add the same numbers in the same order.
   EXPECT_NEAR(series.at("soil.broken").back(), sum, 1e-8 * sum);
-  EXPECT_LT(std::abs(summary["energy"]["closure over work put in"].get<double>()), 0.01);
+  EXPECT_LT(std::abs(summary["energy"]["closure over energy there or put in"].get<double>()), 0.01);
   // Of the frames: half of what all spheres hold is the number of bonds.
   const auto held = [&](const char* frame) {
     double all = 0;
