@@ -9,6 +9,9 @@ namespace subsoil::mbd {
 namespace {
 constexpr int most_relaxation_steps = 20'000;
 constexpr double near_rest = 1e-3;
+// So many parts of a step of free motion, which lead 400 lengths of the machine away, without a turn: it falls for
+// ever.
+constexpr int most_without_turn = 300;
 }  // namespace
 
 Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
@@ -23,13 +26,15 @@ Rest fall_to_rest(System& system, double t, const Eigen::VectorXd& from) {
   if (first > 0) {
     const double h = 0.1 * std::sqrt(system.length_scale() / first);
     double before = 0;
-    for (int i = 0; i < most_relaxation_steps; ++i) {
+    int since_turn = 0;
+    for (int i = 0; i < most_relaxation_steps && since_turn < most_without_turn; ++i) {
       fall.advance(h);
       const double now = system.kinetic();
       if (now >= before) {
-        before = now;
+        before = now, ++since_turn;
         continue;
       }
+      since_turn = 0;
       const Eigen::VectorXd pose = fall.state().q;
       system.set_start_states(fall.state().states);
       fall.start(t, pose, still);

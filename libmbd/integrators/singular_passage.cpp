@@ -68,6 +68,8 @@ void SingularPassage::measure_approach(const MotionState& now) {
 
 bool SingularPassage::attempt(const MotionState& now, double h, MotionState& next, Eigen::VectorXd& flows) {
   if (!gauss_.step(now, h, next, flows)) return false;
+  // Far too long a step leads to numbers beyond all bounds, whose error compares with nothing.
+  if (!next.q.allFinite() || !next.velocity.allFinite() || !std::isfinite(gauss_.error())) return false;
   if (!gauss_.landed()) partition_.refuse_other_branch(next);
   return true;
 }
