@@ -41,6 +41,7 @@ Crossings::Crossings(const Loaded& loaded, const Columns& columns) {
     } catch (const UnitError& error) {
       throw ScenarioError(fmt::format("{} = {}: {}", loaded.where(path + key), level, error.what()));
     }
+    stop.noise = columns.noise_of(stop.column);
     needs_sums_ = needs_sums_ || columns.is_sum(stop.column);
     of_history_ = of_history_ || columns.of_history(stop.column);
     stops_.push_back(std::move(stop));
@@ -52,10 +53,12 @@ void Crossings::stop(const std::string& by, double at) {
 }
 
 void Crossings::look(Stop& s, double t, double value, const Locate& locate) {
-  const bool now = s.sign * value > 0, before = looked_ && s.beyond;
+  const bool before = looked_ && s.beyond;
+  const bool now = std::abs(value) <= s.noise ? before : s.sign * value > 0;  // on the level it is where it came from
   double until = t;
   if (looked_ && now != before) {
-    const double share = s.value == 0 ? 0 : locate({s.column, s.level, before ? s.sign : -s.sign, s.value, value});
+    const int side = before ? s.sign : -s.sign;
+    const double share = side * s.value <= 0 ? 0 : locate({s.column, s.level, side, s.value, value});
     const double passed = looked_at_ + share * (t - looked_at_);
     before ? until = passed : s.since = passed;
   } else if (now && !before) {

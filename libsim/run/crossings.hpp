@@ -73,6 +73,7 @@ class Crossings {
     double level = 0;
     int sign = 1;  ///< +1: above, -1: below
     double held = 0;
+    double noise = 0;  ///< what is nearer to the level is on it
     bool beyond = false;
     double since = 0;
     double value = 0;  ///< less the level, at the look before

@@ -197,6 +197,46 @@ TEST(Crossings, WithSoilAreOfSecondOrder) {
     EXPECT_NEAR(fall(dir, step), exact, 1.01e-6 * g * step * step / 8 / (g * exact)) << step;
 }
 
+/// A driven velocity rises to a value and stays there, by rounding above it or below: it never is above. A peak that
+/// touches it is not either, and one that passes it by a thousandth is.
+TEST(Crossings, WhatStaysOnAValueIsNotBeyondIt) {
+  for (const char* const method : {"cvode", "ida", "adams-moulton"})
+    for (const double corner : {0.77, 0.31, 0.5})
+      for (const auto& [top, stops] : {std::pair(0.1, false), std::pair(0.1001, true)}) {
+        const RunDirectory dir;
+        const std::string text = fmt::format(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {{b: {{mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}}}}
+  joints: {{g: {{translational: [ground, b], at: 0 0 m, along: 1 0}}}}
+  drivers: {{d: {{coordinate: b.x, velocity: {{table: {{points: [[0 s, 0 m/s], [{} s, {} m/s], [1 s, 0.1 m/s]], between: linear}}}}}}}}
+time: {{end: 1 s, machine: {{integrator: {}}}, stop when: {{q: {{column: b.vx, above: 0.1 m/s}}}}}}
+)",
+                                             corner, top, method);
+        ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok) << text;
+        EXPECT_EQ(summary_of(dir / "out")["run"].contains("stopped by"), stops) << text;
+      }
+}
+
+/// A force that jumps at the ends of given steps has one side there: 40 passages in 0.4 s, to the last one at 0.4 s.
+TEST(Crossings, OfAForceThatJumpsAtTheEndsOfStepsCountOnce) {
+  const RunDirectory dir;
+  ASSERT_EQ(run_scenario(dir.scenario(R"(subsoil: 1
+gravity: 0 m/s^2
+machine:
+  bodies: {b: {mass: 2 kg, inertia: 1 kg m^2, at: 0 0 m}}
+  joints: {g: {translational: [ground, b], at: 0 0 m, along: 1 0}}
+  forces: {f: {force: b, along x: {expression: sign(sin(2*pi*t/0.02)), unit: N}}}
+time: {end: 0.4 s, machine: {step: 0.2 ms}}
+output: {series every: 7 ms, crossings: {c: {column: f.fx, at: 0.3 N}}}
+)"),
+                         dir / "out"),
+            exit_ok);
+  const auto times = summary_of(dir / "out")["crossings"]["c"]["times [s]"].get<std::vector<double>>();
+  for (std::size_t i = 1; i < times.size(); ++i) EXPECT_GT(times[i] - times[i - 1], 9e-3) << times[i];
+  EXPECT_GE(times.size(), 39U);
+}
+
 TEST(Crossings, AreRefusedBeforeARunToo) {
   const RunDirectory dir;
   const auto looked_at = [&](const char* crossing) {
