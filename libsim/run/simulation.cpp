@@ -188,11 +188,13 @@ struct Simulation::Impl : StepObserver {
   void before_step(bool, StepRequest& request) override {
     if (search) search->begin(time(), stepper.values()), searched = time();
     const double dt = stepper.simulation().step_length();
+    double next = time() + (search ? std::min(dt, MotionSearch::longest) : dt);
+    if (next >= target - close()) next = target;  // sums of steps end beside it by rounding
     last = time() + dt >= target - close();
     request.stop = request.stop || stop;
     request.instant = request.instant || last;
     request.energies = request.energies || (last && energies);
-    request.until = std::min({request.until, target, time() + (search ? std::min(dt, MotionSearch::longest) : dt)});
+    request.until = std::min(request.until, next);
     for (const Observing& o : observers) {
       if (o.due.next() > time() + close()) request.until = std::min(request.until, o.due.next());
       // Who is called at the end of this step reads its values.
@@ -442,6 +444,10 @@ void Simulation::set_motion(const std::string& surface, const SurfaceMotion& mot
                                 (impl_->surfaces[k].owner == SurfaceInfo::Owner::machine
                                      ? "machine, which moves it; set an input of its driver or a force on its body"
                                      : "container; give the moved wall under `boundaries`"));
+  for (const BoundarySection& b : impl_->loaded.scenario.boundaries)
+    if (b.name == surface && b.servo)
+      throw std::invalid_argument("surface " + surface +
+                                  ": its servo moves it; leave `servo` out of the scenario, or set no motion");
   const auto finite = [](const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
   if (!finite(motion.position) || !finite(motion.velocity) || !finite(motion.angular_velocity))
     throw std::invalid_argument("surface " + surface + ": position and velocities must be finite numbers");

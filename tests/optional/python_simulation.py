@@ -226,6 +226,17 @@ class Arrays(unittest.TestCase):
 
 
 class Control(unittest.TestCase):
+    def test_a_servo_moves_its_boundary_alone(self):
+        pressed = {**TRENCH["boundaries"][0], "servo": {"load": "20 N", "along": "0 -1 0", "speed limit": "0.1 m/s"}}
+        sim = subsoil.Simulation({**TRENCH, "boundaries": [pressed]}, threads=1)
+        with self.assertRaisesRegex(ValueError, "its servo moves it"):
+            sim.set_motion("tool", position=(0.06, 0.01, 0))
+
+    def test_a_call_ends_at_the_time_asked_for(self):
+        sim = subsoil.Simulation(CART, forces_on=["cart"])
+        sim.run_until(1.5)  # 1500 steps of 1 ms add up to less
+        self.assertEqual(sim.time, 1.5)
+
     def test_motion_and_wrench(self):
         sim = subsoil.Simulation(TRENCH, threads=1)
         sim.set_motion("tool", position=(0.06, 0.01, 0), velocity=(0.3, 0, 0))

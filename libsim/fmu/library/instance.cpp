@@ -202,6 +202,7 @@ void FmuInstance::take_start() {
   put_wrenches(sums, 1);
   take_columns();
   s.restore(start);
+  take_bodies();
   start_is_known_ = true;
 }
 
@@ -267,9 +268,14 @@ void FmuInstance::put_wrenches(const std::vector<dem::Wrench>& sums, long steps)
 }
 
 void FmuInstance::take_columns() {
+  for (std::size_t r = 0; r < values_.size(); ++r)
+    if (const FmuVariable& v = model_.variables[r]; v.role == Role::column) values_[r] = simulation_->value(v.of);
+  take_bodies();
+}
+
+void FmuInstance::take_bodies() {
   for (std::size_t r = 0; r < values_.size(); ++r) {
     const FmuVariable& v = model_.variables[r];
-    if (v.role == Role::column) values_[r] = simulation_->value(v.of);
     if (v.role != Role::body) continue;
     const mbd::BodyState body = simulation_->body(v.of);
     const double all[] = {body.r.x, body.r.y, body.angle, body.v.x, body.v.y, body.omega};

@@ -69,6 +69,7 @@ class FmuInstance {
   void place_tools();
   void take_start();
   void take_columns();
+  void take_bodies();
   void move_tools(double target);
   void apply_inputs(double length);  ///< for a step of so many s; 0: for the start
   void sum_wrenches(double t, std::vector<dem::Wrench>& sums);
