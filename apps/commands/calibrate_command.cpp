@@ -3,6 +3,7 @@
 #include "apps/commands/commands.hpp"
 #include "libsim/studies/calibrate/calibration.hpp"
 #include "libsim/studies/laboratory/report.hpp"
+#include "libsim/studies/sweep/study.hpp"
 
 namespace subsoil::sim {
 namespace {
@@ -27,7 +28,7 @@ int calibrate_command(const CalibrateRequest& request) {
   const Plan plan = load_plan(request.plan, request.sets);
   const std::filesystem::path folder =
       request.out.empty() ? std::filesystem::path(request.plan).stem() : std::filesystem::path(request.out);
-  std::filesystem::create_directories(folder);
+  const StudyLock lock(folder);
   const Calibrated found =
       calibrate(plan, folder / "evaluations.csv", request.threads,
                 [&](const Evaluation& e, std::size_t number) { fmt::print(stderr, "{}\n", line_of(plan, e, number)); });

@@ -139,7 +139,11 @@ int check_command(const RunRequest& request) {
     line("overlap", overlap_text(deepest, s.limits.overlap));
   const Trial trial = try_out(loaded, world, spheres, until_now);
   line("steps", fmt::format("{} for {} s", trial.cost.steps, s.time.end));
-  if (trial.settling > 0) line("settling", fmt::format("about {:.2f} s simulated before the start", trial.settling));
+  if (trial.settling > 0) {
+    const bool compacts = s.soil && s.soil->bed && s.soil->bed->settle && s.soil->bed->settle->compacts();
+    line("settling", fmt::format("about {:.2f} s simulated before the start{}", trial.settling,
+                                 compacts ? ", and some times as long until it has come to `settle.to`" : ""));
+  }
   if (world.bed)
     line("speed", fmt::format("{:.2f} M particle-steps/s, {} threads, {}", trial.particle_rate * 1e-6,
                               world.bed->threads(), world.bed->kernel_name()));

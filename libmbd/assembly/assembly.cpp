@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "libmbd/base/dense.hpp"
+#include "libmbd/system/extent.hpp"
 #include "libmbd/system/wrench.hpp"
 
 namespace subsoil::mbd {
@@ -339,9 +340,11 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
   constexpr double share_of_difference = 0.1;
   std::string text;
   PartName first;
+  std::vector<std::size_t> changed;
   const auto list_change = [&](std::size_t body, int level, std::size_t k, double given, double assembled) {
     const PartName part{PartName::Kind::body, bodies[body].name};
     if (text.empty()) first = part;
+    changed.push_back(body + 1);
     text += (text.empty() ? "" : "; ") + part.text() + " " + names[level][k] + ": given " + number(given) +
             ", assembled " + number(assembled) + ", difference " + number(assembled - given) + " " + units[level][k];
   };
@@ -373,8 +376,14 @@ void refuse_changed_start(const System& system, const Eigen::VectorXd& q, const 
   }
   if (text.empty()) return;
   std::string open;
+  const Chains chains = chains_of(system.model());
+  const auto is_changed = [&](std::size_t joint) {
+    return std::any_of(changed.begin(), changed.end(),
+                       [&](std::size_t body) { return chains.of_bodies[body] == chains.of_joints[joint]; });
+  };
   for (const auto& e : system.model().events)
-    if (e.element.does == JointEvent::Does::closes && !system.open_joints()[e.element.index])
+    if (e.element.does == JointEvent::Does::closes && !system.open_joints()[e.element.index] &&
+        is_changed(e.element.index))
       open =
           ", or let joint '" + e.element.joint + "', which begins closed, be open: `joint starts: open` at its event";
   throw ModelFault(first, "the joints do not allow the start that is given: " + text + ". Correct it, or write `" +

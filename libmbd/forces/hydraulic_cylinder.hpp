@@ -96,6 +96,9 @@ struct HydraulicCylinder {
     valve.check_share("valve");
     if (has_valve() && !(supply > tank && rated_flow > 0))
       refuse("a valve needs its rated flow and a supply pressure above the tank's");
+    if (relief <= tank)
+      throw KeyFault("relief pressure",
+                     "must be above the tank's: at or below it the valve, which opens to the tank, is open at rest");
     if (flow.is_set() && start_b >= 0)
       throw KeyFault("start pressure b",
                      "has no effect with `flow given`: the rod side is open to the tank then and has its pressure; "

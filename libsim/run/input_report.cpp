@@ -12,6 +12,7 @@
 #include "libdem/packing/carve.hpp"
 #include "libdem/particles/fixed.hpp"
 #include "libmbd/forces/joint_friction.hpp"
+#include "libmbd/forces/wheel_on_soil.hpp"
 #include "libmbd/joints/gear_pair.hpp"
 #include "libmbd/joints/rack_and_pinion.hpp"
 #include "libmbd/system/deep_start.hpp"
@@ -149,6 +150,26 @@ void look_at_inlets(const Loaded& loaded, const World& world, Texts& out) {
                       upper ? high[d] : low[d]));
     }
   }
+}
+
+/// A region of the frames without a sphere, and motions that begin when the run has ended.
+void look_at_places(const Loaded& loaded, const World& world, Texts& out) {
+  const Scenario& s = loaded.scenario;
+  if (const auto& region = s.output.region; region && world.inlets.empty()) {
+    const Vec3 low = region->at, high = region->at + region->size;
+    const bool any = std::any_of(world.bed->spheres().begin(), world.bed->spheres().end(), [&](const dem::Sphere& one) {
+      const Vec3& p = one.x;
+      return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
+    });
+    if (!any)
+      out.push_back(loaded.where("output.region") +
+                    ": none of the spheres is in it at the start; frames hold those that come into it, if any do");
+  }
+  for (const BoundarySection& b : s.boundaries)
+    for (const Move& m : b.moves)
+      if (m.from >= s.time.end)
+        out.push_back(fmt::format("{}: a motion begins at {:.4g} s, when the run has ended at {:.4g} s",
+                                  loaded.where("boundaries." + b.name + ".moves"), m.from, s.time.end));
 }
 
 void look_at_carved(const Loaded& loaded, const World& world, Texts& out) {
@@ -423,6 +444,21 @@ void look_at_start(const World& world, Texts& out) {
   }
 }
 
+/// Wheels whose axle begins below the surface: a law of sinkage says nothing there.
+void look_at_wheels(const Loaded& loaded, const World& world, Texts& out) {
+  if (!world.machine) return;
+  for (const auto& f : world.machine->system().model().forces)
+    if (const auto* const wheel = f.element.get_if<mbd::WheelOnSoil>()) {
+      const double depth = wheel->surface - world.machine->body(wheel->body).r.y;
+      if (depth > 0)
+        out.push_back(
+            fmt::format("{}: the axle begins {:.3g} m below the surface, of a wheel with a radius of {:.3g} m: its law "
+                        "is of a wheel "
+                        "that rolls on soil; place the wheel higher, or correct `surface`",
+                        loaded.where("machine.forces." + f.name), depth, wheel->radius));
+    }
+}
+
 /// Events at the force in a joint that shares its load with others: which share it has no constraint says.
 void look_at_shared_events(const Loaded& loaded, const World& world, Texts& out) {
   if (!world.machine) return;
@@ -537,6 +573,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_meshes(loaded.scenario, out);
   look_at_friction(world, out);
   look_at_start(world, out);
+  look_at_wheels(loaded, world, out);
   look_at_gears(loaded, world, out);
   look_at_shared_events(loaded, world, out);
   look_at_events(loaded, world, out);
@@ -548,6 +585,7 @@ std::vector<std::string> input_warnings(const Loaded& loaded, const World& world
   look_at_container(loaded, world, out);
   look_at_moving_soil(loaded, world, out);
   look_at_inlets(loaded, world, out);
+  look_at_places(loaded, world, out);
   look_at_carved(loaded, world, out);
   look_at_outlines(loaded, world, out);
   look_at_rest(loaded, world, out);

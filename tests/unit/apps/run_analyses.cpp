@@ -280,6 +280,28 @@ time: {end: 1 s}
                "machine.events={on: {closes: cl, at: 0.5 s}, off: {opens: cl, at: 0.8 s}}"});
   EXPECT_TRUE(holds(clutch, "let joint 'cl', which begins closed, be open: `joint starts: open` at its event"))
       << clutch;
+  // It holds other bodies than the one whose start is wrong.
+  const std::string beside =
+      refused({"machine.bodies.c={mass: 1 kg, inertia: 0.1 kg m^2, at: 3 0 m, angular velocity: 2 rad/s}",
+               "machine.joints.slide={translational: [ground, c], at: 3 0 m, along: 1 0}",
+               "machine.joints.cl={fixed: [a, b], at: 0 0 m}", "machine.bodies.b.angular velocity=10 rad/s",
+               "machine.events={on: {closes: cl, at: 0.5 s}, off: {opens: cl, at: 0.8 s}}"});
+  EXPECT_TRUE(holds(beside, "body 'c' spin: given 2, assembled 0")) << beside;
+  EXPECT_FALSE(holds(beside, "begins closed")) << beside;
+  // A wheel's law is of sinkages below its radius.
+  for (const auto& [height, said] : {std::pair("0.25 m", 0), std::pair("-0.1 m", 1)}) {
+    const RunDirectory dir;
+    const std::string text = fmt::format(R"(subsoil: 1
+machine:
+  bodies: {{w: {{mass: 60 kg, inertia: 1.5 kg m^2, at: 0 {}}}}}
+  forces: {{s: {{wheel on soil: w, radius: 0.25 m, width: 0.1 m, n: 0.8, k_c: 5 kN/m^1.8, k_phi: 900 kN/m^2.8, heave: plastic}}}}
+time: {{end: 1 ms}}
+)",
+                                         height);
+    ASSERT_EQ(run_scenario(dir.scenario(text), dir / "out"), exit_ok);
+    const std::string warnings = summary_of(dir / "out")["warnings"].dump();
+    EXPECT_EQ(holds(warnings, "the axle begins 0.1 m below the surface"), said == 1) << warnings;
+  }
   const std::string pole =
       refused({"machine.drivers={d: {angle: [ground, b], position: {expression: 1/(t-0.51), unit: rad}}}"});
   EXPECT_TRUE(holds(pole, "grows without limit near t = 0.51 s")) << pole;

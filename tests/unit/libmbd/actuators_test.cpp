@@ -217,6 +217,8 @@ TEST(Cylinder, RefusalsSayWhatIsWrong) {
   says(refusal([](auto&) {}), "needs either `flow given`, or `valve` or `controller`");
   says(refusal([](auto& c) { c.valve = 0., c.rod = 0.09; }), "rod must be thinner than the bore");
   says(refusal([](auto& c) { c.valve = 0., c.rated_flow = std::nan(""); }), "a valve needs its rated flow");
+  says(refusal([](auto& c) { c.valve = 0., c.rated_flow = 1e-4, c.supply = 1e7, c.tank = 1e6, c.relief = 1e6; }),
+       "relief pressure must be above the tank's");
   says(refusal([](auto& c) { c.flow = 1e-4, c.start_b = 1e6; }),
        "the rod side is open to the tank then and has its pressure; leave it out, and give `tank pressure` instead");
 }
