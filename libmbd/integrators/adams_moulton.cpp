@@ -111,12 +111,11 @@ void AdamsMoulton::take_jump() {
 void AdamsMoulton::on_advance(double h) {
   begin_errors();
   const double parts = std::max(1.0, std::ceil(h / options_.longest_step - 1e-9));
-  const bool controlled = std::isfinite(options_.error_per_second);
   const double last = clock_.end_of_step(now_.t, h, asked_end_);
   for (double part = 0; part < parts; ++part) {
     if (part > 0) part_segment();
     const double end = part + 1 < parts ? now_.t + h / parts : last;
-    if (controlled) {
+    if (controlled()) {
       controlled_step(end);
     } else {
       watch_inputs(h / parts);
@@ -125,6 +124,8 @@ void AdamsMoulton::on_advance(double h) {
     if (end - now_.t > 1e-6 * h / parts || (part + 1 < parts && ends_at_event())) return;
   }
 }
+
+bool AdamsMoulton::controlled() const { return std::isfinite(options_.error_per_second); }
 
 // In units of the smallest part, so that fewer parts begin where a larger one does. It may end before, at an event.
 void AdamsMoulton::controlled_step(double end) {
@@ -274,7 +275,7 @@ void AdamsMoulton::correct(double h) {
 void AdamsMoulton::keep_predicted() {
   predicted_q_ = trial_.q;
   predicted_velocity_ = trial_.velocity;
-  predicted_flows_ = sum_.tail(now_.rates.size());
+  if (controlled()) predicted_flows_ = sum_.tail(now_.rates.size());
 }
 
 void AdamsMoulton::estimate_error(double h) {
@@ -286,6 +287,7 @@ void AdamsMoulton::estimate_error(double h) {
     velocity = std::max(velocity, std::abs(trial_.velocity[i] - predicted_velocity_[i]) * scale_[i]);
   }
   add_error(h, share * position, share * velocity, trial_);
+  if (!controlled()) return;
   predicted_flows_ = sum_.tail(now_.rates.size()) + h * moulton[k][0] * trial_.rates - predicted_flows_;
   add_flow_error(share, predicted_flows_, trial_);
 }
@@ -370,7 +372,7 @@ void AdamsMoulton::one_step(double h) {
     const auto n = scale_.size();
     add_error(h / substeps, errors.head(n).cwiseProduct(scale_).cwiseAbs().maxCoeff(),
               errors.segment(n, n).cwiseProduct(scale_).cwiseAbs().maxCoeff(), now_);
-    add_flow_error(1, errors.tail(now_.rates.size()), now_);
+    if (controlled()) add_flow_error(1, errors.tail(now_.rates.size()), now_);
   }
 }
 

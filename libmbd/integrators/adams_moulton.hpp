@@ -47,6 +47,7 @@ class AdamsMoulton : public Integrator {
   bool follows_on(double h) const;  ///< a step of that length has the past of those before
   void whole_step(double h);
   void choose_again();
+  bool controlled() const;  ///< by its error
   void controlled_step(double end);
   bool attempt(double h);
   void push_past();
