@@ -276,7 +276,7 @@ double steady_rate(const mbd::Function& f, double from) {
   if (const auto* polynomial = f.get_if<mbd::PolynomialFunction>())
     return std::all_of(polynomial->c + 2, std::end(polynomial->c), [](double c) { return c == 0; }) ? polynomial->c[1]
                                                                                                     : unsteady;
-  return 0 * steady_value(f, from);
+  return std::isnan(steady_value(f, from)) ? unsteady : 0;
 }
 
 void add_turn(double rate, std::vector<double>& out) {
