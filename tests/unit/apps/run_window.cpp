@@ -171,8 +171,6 @@ output: {{{} monitor: {{x: m.x}}}}
   }
 }
 
-/// A plate wider than its bed that bears it on a spring passes through nothing: its means are of the whole run, and its
-/// force is the weight of what lies on it.
 /// 1.5 Hz and 1 Hz repeat after 2 s; 1 Hz and the golden ratio of it never.
 TEST(RunWindow, HoldsWholeCommonPeriodsOfSeveralDrivers) {
   const RunDirectory dir;
@@ -199,6 +197,8 @@ output: {series every: 10 ms, monitor: {x: m.x, y: k.x}}
   EXPECT_NEAR(window("1.6180339887")["window"]["until [s]"].get<double>(), 5.3, 1e-9);
 }
 
+/// A plate wider than its bed that bears it on a spring passes through nothing: its means are of the whole run, and its
+/// force is the weight of what lies on it.
 TEST(RunWindow, OfAPlateThatBearsSoilIsTheWholeRun) {
   const RunDirectory dir;
   const char* const bearing = R"(subsoil: 1
