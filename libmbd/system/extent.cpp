@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "libmbd/elements.hpp"
@@ -39,29 +37,40 @@ void for_ties(const Model& model, const Take& take) {
         f.element);
 }
 
+/// Bodies that hang together, the ground apart.
+class Groups {
+ public:
+  explicit Groups(const Model& model) : tied_to_(model.bodies.size() + 1) {
+    std::iota(tied_to_.begin(), tied_to_.end(), 0);
+  }
+  int of(int body) {
+    auto i = static_cast<std::size_t>(body);
+    while (tied_to_[i] != i) i = tied_to_[i] = tied_to_[tied_to_[i]];
+    return static_cast<int>(i);
+  }
+  void tie(int a, int b) {
+    if (a != ground && b != ground) tied_to_[static_cast<std::size_t>(of(a))] = static_cast<std::size_t>(of(b));
+  }
+
+ private:
+  std::vector<std::size_t> tied_to_;
+};
+
 }  // namespace
 
 double extent_by_forces(const Model& model) {
-  std::vector<std::size_t> tied_to(model.bodies.size() + 1);
-  std::iota(tied_to.begin(), tied_to.end(), 0);
-  const auto group_of = [&](int body) {
-    auto i = static_cast<std::size_t>(body);
-    while (tied_to[i] != i) i = tied_to[i] = tied_to[tied_to[i]];
-    return i;
-  };
+  Groups groups(model);
   const auto place = [&](int body, const std::array<double, 2>& p) -> Vec2 {
     if (body == ground) return {p[0], p[1]};
     const auto& pose = model.bodies[static_cast<std::size_t>(body - 1)].pose;
     return BodyState({pose[0], pose[1]}, pose[2], {}, 0).point_in_world(p);
   };
-  for_ties(model, [&](int a, const auto&, int b, const auto&) {
-    if (a != ground && b != ground) tied_to[group_of(a)] = group_of(b);
-  });
-  std::map<std::size_t, Box> boxes;
+  for_ties(model, [&](int a, const auto&, int b, const auto&) { groups.tie(a, b); });
+  std::map<int, Box> boxes;
   for_ties(model, [&](int a, const auto& p_a, int b, const auto& p_b) {
     for (const int body : {a, b}) {
       if (body == ground) continue;
-      Box& box = boxes[group_of(body)];
+      Box& box = boxes[groups.of(body)];
       box.include(place(a, p_a)), box.include(place(b, p_b)), box.include(place(body, {0, 0}));
     }
   });
@@ -71,21 +80,20 @@ double extent_by_forces(const Model& model) {
 }
 
 Chains chains_of(const Model& model) {
-  Chains out{std::vector<int>(model.bodies.size() + 1), std::vector<int>(model.joints.size(), -1)};
-  std::iota(out.of_bodies.begin(), out.of_bodies.end(), 0);
-  const auto join = [&](std::size_t joint, const std::vector<int>& bodies) {
-    int least = std::numeric_limits<int>::max();
-    for (const int body : bodies)
-      if (body > 0) least = std::min(least, out.of_bodies[static_cast<std::size_t>(body)]);
-    bool changed = false;
-    for (const int body : bodies)
-      if (body > 0) changed |= std::exchange(out.of_bodies[static_cast<std::size_t>(body)], least) != least;
-    if (least < std::numeric_limits<int>::max()) out.of_joints[joint] = least;
-    return changed;
-  };
-  for (bool changed = true; std::exchange(changed, false);)
-    for (std::size_t i = 0; i < model.joints.size(); ++i)
-      visit([&](const auto& j) { changed |= join(i, bodies_of(j)); }, model.joints[i].element);
+  Groups groups(model);
+  std::vector<int> held(model.joints.size(), ground);  // a body of each joint
+  for (std::size_t i = 0; i < held.size(); ++i)
+    visit(
+        [&](const auto& joint) {
+          for (const int body : bodies_of(joint)) {
+            groups.tie(held[i], body);
+            if (body != ground) held[i] = body;
+          }
+        },
+        model.joints[i].element);
+  Chains out;
+  for (int body = 0; body <= static_cast<int>(model.bodies.size()); ++body) out.of_bodies.push_back(groups.of(body));
+  for (const int body : held) out.of_joints.push_back(body == ground ? -1 : groups.of(body));
   return out;
 }
 

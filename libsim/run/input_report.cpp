@@ -453,8 +453,7 @@ void look_at_wheels(const Loaded& loaded, const World& world, Texts& out) {
       if (depth > 0)
         out.push_back(
             fmt::format("{}: the axle begins {:.3g} m below the surface, of a wheel with a radius of {:.3g} m: its law "
-                        "is of a wheel "
-                        "that rolls on soil; place the wheel higher, or correct `surface`",
+                        "is of a wheel that rolls on soil; place the wheel higher, or correct `surface`",
                         loaded.where("machine.forces." + f.name), depth, wheel->radius));
     }
 }

@@ -264,8 +264,7 @@ void RunLoop::last_warnings(int code) {
                       tool.name, 100 * tool.share_out()));
   for (const Tool& tool : tools_.progress().tools()) {
     if (!tool.travels() || tool.share_out() > most_out_of_soil) continue;
-    const double length = tool.along.x != 0 ? tool.size.x : tool.size.z;
-    if (tool.fell_back > 0.5 * tool.gained && tool.fell_back > length + tool.depth)
+    if (tool.fell_back > 0.5 * tool.gained && tool.fell_back > tool.length() + tool.depth)
       summary_->warn(fmt::format(
           "{} comes back by {:.3g} m in the window of the means, of {:.3g} m that it gained: they add strokes "
           "in both directions; set output.window to one of them",

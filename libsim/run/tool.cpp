@@ -218,8 +218,7 @@ bool ToolProgress::steady() const {
   bool any = false;
   for (const Tool& t : tools_) {
     if (!t.passes || !t.entry) continue;  // a guard above the soil never enters it
-    const double length = t.along.x != 0 ? t.size.x : t.size.z;
-    if (dem::norm(t.along) == 0 || t.travel(t.along) < length + t.depth) return false;
+    if (dem::norm(t.along) == 0 || t.travel(t.along) < t.length() + t.depth) return false;
     any = true;
   }
   return any;

@@ -43,6 +43,7 @@ struct Tool {
   bool travels() const { return passes && dem::norm(along) > 0; }
   /// m in soil from the entry in a direction along x or z, the farthest so far: to and fro count once.
   double travel(const Vec3& direction) const;
+  double length() const { return along.x != 0 ? size.x : size.z; }  ///< m along its way
   /// Share of the window of the means, from its entry on, in which it is not in soil.
   double share_out() const { return looks > 0 ? static_cast<double>(out) / static_cast<double>(looks) : 0; }
   /// Share of the window in which it has come no farther, at its end.

@@ -308,6 +308,13 @@ double machine_step_alone(const Scenario& s) {
   return s.output.forces == ForceColumns::mean ? every / std::ceil(every / 1e-3 - 1e-9) : every;
 }
 
+/// Of the restitution of an impact at a speed, m/s, with steps of a length, s.
+double error_of(const PossibleImpact& i, double speed, double step, double stable) {
+  dem::StepQuestion question = i.question;
+  question.speed = speed;
+  return dem::restitution_error(i.law, question, i.at_surface, step, stable);
+}
+
 }  // namespace
 
 dem::AccurateStep StepReport::at_speed(double speed, double tolerance, double longest) const {
@@ -324,15 +331,10 @@ dem::AccurateStep StepReport::at_speed(double speed, double tolerance, double lo
     worst = one;
   }
   // The error scatters over the steps of a contact: at the shortest of these steps that of another pair may be larger.
-  const auto error = [&](const PossibleImpact* i) {
-    dem::StepQuestion question = i->question;
-    question.speed = speed;
-    return dem::restitution_error(i->law, question, i->at_surface, worst.step, limit.step);
-  };
   constexpr int most_tries = 20;
   for (int k = 0; k < most_tries; ++k) {
     double largest = 0;
-    for (const PossibleImpact* i : resolved) largest = std::max(largest, error(i));
+    for (const PossibleImpact* i : resolved) largest = std::max(largest, error_of(*i, speed, worst.step, limit.step));
     worst.error = std::max(largest, worst.error);
     if (largest <= tolerance) break;
     worst.step *= 0.95, worst.error = 0;
@@ -342,11 +344,7 @@ dem::AccurateStep StepReport::at_speed(double speed, double tolerance, double lo
 
 double StepReport::error_at(double speed) const {
   double worst = 0;
-  for (const PossibleImpact& i : impacts) {
-    dem::StepQuestion question = i.question;
-    question.speed = speed;
-    worst = std::max(worst, dem::restitution_error(i.law, question, i.at_surface, soil_step, limit.step));
-  }
+  for (const PossibleImpact& i : impacts) worst = std::max(worst, error_of(i, speed, soil_step, limit.step));
   return worst;
 }
 

@@ -224,7 +224,7 @@ TEST_P(Pid, GoesOnFromASnapshotWithTheSameNumbers) {
 }
 
 // Outputs change at 20 k + 47 ms, which is an end of advance() to rounding only: 0.227 s here and an ulp beside it
-// there. Behind a change of what acts from outside each end is a stop of the method, which begins anew at the output.
+// there. Behind a change of what acts from outside each end is a stop of the method, which restarts at the output.
 TEST_P(Pid, OutputsAndEndsThatDifferByRoundingAreOneInstant) {
   PidController pid = gains;
   pid.sample_time = 0.02, pid.delay = 0.047;
